@@ -1,0 +1,93 @@
+"""The contract of a submission: a factory returns an `Agent`; it gets `Observation`s and answers with `Command`s.
+
+Nothing here holds, or can hold, the truth.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.geometry import Pose2
+from adc_bench.world.course import CourseSpec
+from adc_bench.world.robot import RobotParams, SensorRig
+
+
+class Mission(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a submission knows before it drives: the task, the map, the nominal robot and rig, the start pose."""
+
+    name: str
+    laps: int
+    time_limit_s: float
+    control_period_s: float
+    latency_s: float
+    start_pose: Pose2
+    course: CourseSpec
+    robot: RobotParams
+    rig: SensorRig
+    options: dict[str, str]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """A delivered picture: rgb (height, width, 3) uint8, as decoded from the rig's JPEG."""
+
+    time_s: float
+    rgb: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EncoderSamples:
+    """Encoder readings since the last observation: time_s (n,), cumulative ticks left and right (n,)."""
+
+    time_s: NDArray[np.float64]
+    left_ticks: NDArray[np.int64]
+    right_ticks: NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ImuSamples:
+    """Gyro and accelerometer readings since the last observation, each (n,)."""
+
+    time_s: NDArray[np.float64]
+    yaw_rate_radps: NDArray[np.float64]
+    acceleration_x_mps2: NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Observation:
+    """What the sensors delivered up to `time_s`; `pictures` holds the cameras that fired at this step."""
+
+    step: int
+    time_s: float
+    pictures: Mapping[str, Picture]
+    encoders: EncoderSamples
+    imu: ImuSamples
+
+
+class Command(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the robot shall do, and where the submission believes it is at the observation's `time_s`.
+
+    `covariance` is optional: the (x, y, yaw) covariance of the estimate, nine figures by rows.
+    """
+
+    v_mps: float
+    omega_radps: float
+    pose_world_robot: Pose2
+    covariance: tuple[float, float, float, float, float, float, float, float, float] | None = None
+
+
+@runtime_checkable
+class Agent(Protocol):
+    """A driver: told the mission once, then asked once a control step."""
+
+    def start(self, mission: Mission) -> None:
+        """Get ready; may take seconds."""
+        ...
+
+    def step(self, observation: Observation) -> Command:
+        """Answer one observation."""
+        ...

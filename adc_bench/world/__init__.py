@@ -1,0 +1,1 @@
+"""What exists, as data: the course, the arena, the robot, looks, scenarios, frames."""
