@@ -1,0 +1,73 @@
+#!/bin/sh
+# system_packages.sh missing PYTHON      prints the system packages that this machine lacks
+# system_packages.sh install PACKAGE...  installs them (as root)
+#
+# SAPIEN needs a Vulkan driver with VK_KHR_external_semaphore_fd: on a machine without a GPU that is
+# Mesa's software driver from 24.3 on. Debian 12's own is older; its backports have a newer one.
+set -eu
+mesa_wanted=24.3
+
+is_installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+
+is_new_enough() { dpkg --compare-versions "${1:-0}" ge "$mesa_wanted"; }
+
+missing() {
+  "$1" -c 'import ensurepip, venv' 2>/dev/null || echo "$(basename "$(readlink -f "$(command -v "$1")")")-venv"
+  command -v dpkg-query >/dev/null || return 0  # another system's packages: adc-bench doctor tells what does not work
+  is_new_enough "$(dpkg-query -W -f '${Version}' mesa-vulkan-drivers 2>/dev/null)" || echo mesa-vulkan-drivers
+  for package in libvulkan1 libx11-6 libstdc++6; do
+    is_installed "$package" || echo "$package"
+  done
+}
+
+candidate() { apt-cache policy "$1" | awk '$1 == "Candidate:" { print $2 }'; }
+
+# The machine's own sources of suite $1, with suite $2 in its place: one-line lists, then deb822 stanzas.
+derive_sources() {
+  lists=/etc/apt/sources.list.d
+  cat /etc/apt/sources.list $lists/*.list 2>/dev/null |
+    sed -n -E "s/^(deb( +\[[^]]*\])? +[^ ]+) +$1 +.*/\1 $2 main/p" | sort -u >$lists/adc-bench.list
+  cat_stanzas $lists/*.sources | awk -v from="$1" -v to="$2" '
+    BEGIN { RS = ""; FS = "\n" }
+    {
+      stanza = ""; wanted = 0
+      for (i = 1; i <= NF; i++) {
+        if ($i ~ /^Types:/) $i = "Types: deb"
+        if ($i ~ /^Components:/) $i = "Components: main"
+        if ($i ~ /^Enabled: *no/) next
+        if ($i ~ /^Suites:/) { wanted = (" " substr($i, 8) " " ~ " " from " "); $i = "Suites: " to }
+        stanza = stanza $i "\n"
+      }
+      if (wanted) print stanza
+    }' >$lists/adc-bench.sources
+  for list in $lists/adc-bench.list $lists/adc-bench.sources; do
+    [ -s "$list" ] || rm "$list"
+  done
+}
+
+cat_stanzas() {  # a blank line after each file, so that the last stanza of one does not run into the next
+  for file in "$@"; do
+    if [ -e "$file" ]; then
+      cat "$file"
+      echo
+    fi
+  done
+}
+
+install() {
+  export DEBIAN_FRONTEND=noninteractive
+  suite=
+  apt-get update -q
+  if echo " $* " | grep -q ' mesa-vulkan-drivers ' && ! is_new_enough "$(candidate mesa-vulkan-drivers)"; then
+    suite="$(. /etc/os-release && echo "$VERSION_CODENAME")-backports"
+    if ! apt-cache policy | grep -q "n=$suite"; then
+      derive_sources "${suite%-backports}" "$suite"
+      apt-get update -q
+    fi
+  fi
+  apt-get install -q -y --no-install-recommends ${suite:+-t "$suite"} "$@"
+}
+
+command=$1
+shift
+"$command" "$@"
