@@ -33,7 +33,7 @@ class ArenaSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     hall_half_length_m: float = 11.0
     hall_half_width_m: float = 7.0
-    hall_height_m: float = 3.0
+    hall_height_m: float = 4.0
     gantry_width_m: float = 2.0
     gantry_height_m: float = 1.5
     gantry_bar_m: float = 0.05

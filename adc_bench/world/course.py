@@ -90,7 +90,8 @@ class Course:
     def lap(self) -> Path:
         """The centre of the right lane over one lap, closed, from the start line x = 0 (40.46 m).
 
-        +x leg, +x loop counter-clockwise in its outer lane, S-road, -x leg, -x loop clockwise in its inner lane, S-road.
+        +x leg, +x loop counter-clockwise in its outer lane, S-road, -x leg, -x loop clockwise in its inner lane,
+        S-road.
         """
         c = self.spec
         outer, inner = c.lane_outer_radius_m, c.lane_inner_radius_m

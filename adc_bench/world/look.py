@@ -125,7 +125,7 @@ def draw_look(family: LookFamily, rng: np.random.Generator, light_level: LightLe
     return Look(
         floor=str(rng.choice(np.array(family.floors))),
         wall=str(rng.choice(np.array(family.walls))),
-        texture_seed=int(rng.integers(2**31)),
+        texture_seed=int(rng.integers(2)),
         light_set=light_set,
         light_level=level,
         illuminance_lux=float(np.exp(rng.uniform(np.log(low), np.log(high)))),

@@ -1,0 +1,37 @@
+"""From the renderer's picture to the delivered one: sensor noise, then JPEG, the same for data and for driving."""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.world.streams import stream
+
+JPEG_QUALITY = 92
+NOISE_LEVELS = 8
+_SLACK_PX = 64
+
+
+def deliver(rgb: NDArray[np.uint8], noise_sd: float, rng: np.random.Generator) -> bytes:
+    """Return the JPEG of a picture (h, w, 3) uint8 with sensor noise of the given standard deviation added."""
+    height, width = rgb.shape[:2]
+    tile = _noise_tile(height, width, round(float(np.clip(noise_sd, 0, NOISE_LEVELS - 1))))
+    y, x = rng.integers(0, _SLACK_PX, 2)
+    noisy = cv2.add(rgb, tile[y : y + height, x : x + width], dtype=cv2.CV_8U)
+    return encode_jpeg(noisy)
+
+
+def encode_jpeg(rgb: NDArray[np.uint8]) -> bytes:
+    """Return the JPEG of a picture (h, w, 3) uint8."""
+    done, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+    assert done
+    return data.tobytes()
+
+
+@lru_cache(maxsize=2 * NOISE_LEVELS)
+def _noise_tile(height: int, width: int, sd: int) -> NDArray[np.int8]:
+    """Return a tile of noise, larger than the picture: a frame takes a window of it at a place drawn for the frame."""
+    rng = stream(sd, "sensor noise")
+    noise = rng.standard_normal((height + _SLACK_PX, width + _SLACK_PX, 3), dtype=np.float32) * sd
+    return np.clip(np.round(noise), -127, 127).astype(np.int8)

@@ -1,0 +1,180 @@
+"""Procedural surfaces in two tones: red = tone of the surface's own colour, green = share of its second colour.
+
+The floor's second colour is the paint of the lines, rasterised from the course's polygons.
+"""
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import cv2
+import msgspec
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from adc_bench.world.course import Course, CourseSpec
+from adc_bench.world.streams import stream
+
+Rgb = tuple[float, float, float]
+TwoTone = NDArray[np.uint8]
+METRES_PER_TEXEL_COURSE = 0.005
+METRES_PER_TEXEL_HALL = 0.02
+
+
+class FloorKind(msgspec.Struct, frozen=True, kw_only=True):
+    """A floor covering: albedo and how strongly it varies (standard deviations relative to the albedo)."""
+
+    albedo: Rgb
+    grain: float  # from texel to texel
+    blotch: float  # over decimetres
+    streak: float  # along x, as of wheels
+    speckle: float  # share of bright specks
+
+
+FLOOR_KINDS: Mapping[str, FloorKind] = {
+    "black_carpet": FloorKind(albedo=(0.045, 0.045, 0.048), grain=0.35, blotch=0.10, streak=0.00, speckle=0.0),
+    "grey_carpet": FloorKind(albedo=(0.110, 0.110, 0.115), grain=0.25, blotch=0.10, streak=0.05, speckle=0.0),
+    "charcoal_vinyl": FloorKind(albedo=(0.065, 0.066, 0.070), grain=0.06, blotch=0.18, streak=0.12, speckle=0.0),
+    "worn_vinyl": FloorKind(albedo=(0.090, 0.086, 0.080), grain=0.08, blotch=0.28, streak=0.20, speckle=0.002),
+    "rubber_mat": FloorKind(albedo=(0.035, 0.036, 0.036), grain=0.15, blotch=0.06, streak=0.08, speckle=0.0),
+    "speckled_rubber": FloorKind(albedo=(0.055, 0.055, 0.060), grain=0.12, blotch=0.08, streak=0.03, speckle=0.012),
+    "felt": FloorKind(albedo=(0.070, 0.068, 0.066), grain=0.30, blotch=0.16, streak=0.00, speckle=0.0),
+    "painted_board": FloorKind(albedo=(0.050, 0.052, 0.058), grain=0.05, blotch=0.14, streak=0.24, speckle=0.001),
+    "scuffed_linoleum": FloorKind(albedo=(0.095, 0.095, 0.090), grain=0.07, blotch=0.22, streak=0.16, speckle=0.004),
+}
+
+
+class WallKind(msgspec.Struct, frozen=True, kw_only=True):
+    """A wall: its albedo, a second one, and where the second one shows."""
+
+    albedo: Rgb
+    second: Rgb
+    joint_x_m: float = 0.0  # upright joints every so far (0: none)
+    joint_z_m: float = 0.0  # level joints every so far (0: none)
+    joint_width_m: float = 0.04
+    staggered: bool = False
+    rectangles: int = 0  # posters, cabinets, windows: so many rectangles
+    fold_m: float = 0.0  # wave length of the folds of a curtain (0: none)
+    band_m: float = 0.0  # height of a band at the bottom (0: none)
+
+
+WALL_KINDS: Mapping[str, WallKind] = {
+    "plaster": WallKind(albedo=(0.70, 0.68, 0.62), second=(0.35, 0.34, 0.32), band_m=0.9),
+    "brick": WallKind(
+        albedo=(0.38, 0.18, 0.13), second=(0.55, 0.52, 0.48), joint_x_m=0.5, joint_z_m=0.24, staggered=True
+    ),
+    "panels": WallKind(albedo=(0.48, 0.36, 0.22), second=(0.14, 0.10, 0.06), joint_x_m=1.2, joint_z_m=1.3),
+    "stripes": WallKind(albedo=(0.66, 0.70, 0.72), second=(0.10, 0.22, 0.45), joint_z_m=0.8, joint_width_m=0.3),
+    "concrete": WallKind(albedo=(0.42, 0.42, 0.41), second=(0.28, 0.28, 0.28), joint_x_m=2.4, joint_z_m=1.0),
+    "posters": WallKind(albedo=(0.75, 0.74, 0.70), second=(0.50, 0.10, 0.10), rectangles=18),
+    "curtain": WallKind(albedo=(0.30, 0.10, 0.12), second=(0.08, 0.03, 0.04), fold_m=0.35),
+    "shelves": WallKind(
+        albedo=(0.60, 0.56, 0.48), second=(0.15, 0.30, 0.25), joint_x_m=0.9, joint_z_m=0.5, rectangles=10
+    ),
+    "blocks": WallKind(albedo=(0.62, 0.66, 0.60), second=(0.20, 0.45, 0.60), band_m=0.5, rectangles=9),
+}
+
+
+def course_bounds(spec: CourseSpec) -> tuple[float, float, float, float]:
+    """Return x0, y0, x1, y1 in metres of the floor that carries paint, with a margin."""
+    reach = spec.loop_centre_x_m + spec.radius_outer_m + 0.25
+    return -reach, -spec.radius_outer_m - spec.bulge_depth_m - 0.25, reach, spec.radius_outer_m + 0.25
+
+
+@lru_cache(maxsize=2)
+def paint_mask(spec: CourseSpec) -> NDArray[np.uint8]:
+    """Return the paint's coverage (h, w) uint8 over `course_bounds`; row 0 is the largest y."""
+    x0, y0, x1, y1 = course_bounds(spec)
+    width, height = round((x1 - x0) / METRES_PER_TEXEL_COURSE), round((y1 - y0) / METRES_PER_TEXEL_COURSE)
+    mask = np.zeros((height, width), np.uint8)
+    for polygon in Course(spec=spec).paint:
+        rings = [polygon.exterior, *polygon.interiors]
+        contours = [_texels(np.asarray(shapely.get_coordinates(ring)), x0, y1) for ring in rings]
+        cv2.fillPoly(mask, contours, 255, cv2.LINE_AA, shift=6)
+    mask.setflags(write=False)
+    return mask
+
+
+def _texels(points: NDArray[np.float64], x0: float, y1: float) -> NDArray[np.int32]:
+    """Return 1/64 texels for cv2, whose pixel centres are at whole numbers."""
+    texels = np.stack([points[:, 0] - x0, y1 - points[:, 1]], axis=1) / METRES_PER_TEXEL_COURSE - 0.5
+    return np.round(texels * 64).astype(np.int32)
+
+
+def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec, wear: float) -> TwoTone:
+    """Return the painted part of the floor, (h, w, 2); `wear` is the share of paint worn thin."""
+    rng = stream(seed, "floor")
+    mask = paint_mask(spec)
+    tone = _floor_tone(kind, mask.shape, METRES_PER_TEXEL_COURSE, rng)
+    worn = _blotches(mask.shape, 0.15, METRES_PER_TEXEL_COURSE, rng)
+    keep = np.clip(255 * (1 - wear * np.clip(worn, 0, 2)), 60, 255).astype(np.uint8)
+    return cv2.merge([tone, cv2.multiply(mask, keep, scale=1 / 255)])
+
+
+def hall_texture(kind: FloorKind, seed: int, length_m: float, width_m: float) -> TwoTone:
+    """Return the bare floor of the whole hall, (h, w, 2)."""
+    shape = (round(width_m / METRES_PER_TEXEL_HALL), round(length_m / METRES_PER_TEXEL_HALL))
+    tone = _floor_tone(kind, shape, METRES_PER_TEXEL_HALL, stream(seed, "hall"))
+    return cv2.merge([tone, np.zeros(shape, np.uint8)])
+
+
+def _floor_tone(
+    kind: FloorKind, shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Generator
+) -> NDArray[np.uint8]:
+    """Return the tone around 128 = the albedo itself (the shader's colour is doubled to match)."""
+    height, width = shape[:2]
+    grain = rng.integers(0, 256, (height, width), dtype=np.uint8)
+    low = kind.blotch * _blotches(shape, 0.3, metres_per_texel, rng)
+    streaks = cv2.resize(rng.standard_normal((height, max(2, width // 256))).astype(np.float32), (width, height))
+    low += kind.streak * cv2.GaussianBlur(streaks, (1, 9), 2)
+    tone = 128 * (1 + low) + (kind.grain * 128 / 74) * (grain.astype(np.float32) - 127.5)
+    if kind.speckle:
+        tone[grain < 256 * kind.speckle] = 240
+    return np.clip(tone, 8, 255).astype(np.uint8)
+
+
+def _blotches(
+    shape: tuple[int, ...], size_m: float, metres_per_texel: float, rng: np.random.Generator
+) -> NDArray[np.float32]:
+    """Return smooth noise of standard deviation about one."""
+    height, width = shape[:2]
+    cells = (max(2, round(height * metres_per_texel / size_m)), max(2, round(width * metres_per_texel / size_m)))
+    coarse = rng.standard_normal(cells).astype(np.float32)
+    smooth: NDArray[np.float32] = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
+    return smooth
+
+
+def wall_texture(kind: WallKind, seed: int, length_m: float, height_m: float) -> TwoTone:
+    """Return one wall, (h, w, 2); row 0 is the top."""
+    rng = stream(seed, "wall", round(length_m * 100))
+    height, width = round(height_m / METRES_PER_TEXEL_HALL), round(length_m / METRES_PER_TEXEL_HALL)
+    x = (np.arange(width) + 0.5) * METRES_PER_TEXEL_HALL
+    z = height_m - (np.arange(height) + 0.5) * METRES_PER_TEXEL_HALL
+    second = np.zeros((height, width), np.float32)
+    second[_joints(kind, x, z)] = 1
+    if kind.band_m:
+        second[z < kind.band_m] = 1
+    if kind.fold_m:
+        second += 0.5 + 0.5 * np.sin(2 * np.pi * x / kind.fold_m + 0.8 * np.sin(x)).astype(np.float32)
+    _draw_rectangles(second, kind.rectangles, rng)
+    tone = 128 * (1 + 0.08 * _blotches(second.shape, 0.5, METRES_PER_TEXEL_HALL, rng))
+    return cv2.merge([np.clip(tone, 0, 255).astype(np.uint8), np.clip(255 * second, 0, 255).astype(np.uint8)])
+
+
+def _joints(kind: WallKind, x: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.bool_]:
+    joints = np.zeros((len(z), len(x)), bool)
+    shift = np.zeros(len(z))
+    if kind.joint_z_m:
+        joints |= (np.mod(z, kind.joint_z_m) < kind.joint_width_m)[:, None]
+        shift = np.floor(z / kind.joint_z_m) % 2 * kind.joint_x_m / 2 * kind.staggered
+    if kind.joint_x_m:
+        joints |= np.mod(x[None, :] + shift[:, None], kind.joint_x_m) < kind.joint_width_m
+    return joints
+
+
+def _draw_rectangles(second: NDArray[np.float32], count: int, rng: np.random.Generator) -> None:
+    height, width = second.shape
+    for _ in range(count):
+        w, h = int(rng.integers(20, 70)), int(rng.integers(25, 90))
+        x, y = int(rng.integers(0, width - w)), int(rng.integers(0, max(1, height - h)))
+        second[y : y + h, x : x + w] = rng.uniform(0.2, 1.0)
