@@ -2,8 +2,8 @@
 # system_packages.sh missing PYTHON      prints the system packages that this machine lacks
 # system_packages.sh install PACKAGE...  installs them (as root)
 #
-# SAPIEN needs a Vulkan driver with VK_KHR_external_semaphore_fd: on a machine without a GPU that is
-# Mesa's software driver from 24.3 on. Debian 12's own is older; its backports have a newer one.
+# The reference renderer is Mesa's software Vulkan driver, which SAPIEN can use from Mesa 24.3 on.
+# Debian 12's own is older; its backports have a newer one.
 set -eu
 mesa_wanted=24.3
 

@@ -1,0 +1,33 @@
+# make setup    the system packages, .venv and adc-bench itself; does nothing when they are there
+# make demo     render, train, drive, score, rank: everything once, into demo/
+# make test     the checks and the tests          make proofs   the long ones
+# make weights  train the weights that ship with the package       make bench   measure the README's figures
+.PHONY: setup demo test check proofs weights bench lock
+BIN := .venv/bin
+
+setup:
+	@sh scripts/setup.sh
+
+demo: setup
+	@sh scripts/demo.sh demo
+
+check: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: check
+	$(BIN)/pytest
+
+proofs: setup
+	$(BIN)/pytest -m slow
+
+weights: setup
+	@sh scripts/weights.sh
+
+bench: setup
+	@sh scripts/bench.sh
+
+lock:
+	sh scripts/lock.sh --upgrade

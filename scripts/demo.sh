@@ -1,0 +1,25 @@
+#!/bin/sh
+# demo.sh FOLDER: the whole job once, small enough for two cores and ten minutes. Every line is a command
+# that works by itself; run again after a break, it goes on where it stopped.
+set -eu
+PATH="$(cd "$(dirname "$0")/.." && pwd)/.venv/bin:$PATH"
+demo=$1
+started=$(date +%s)
+
+run() {
+  echo
+  echo "\$ $*"
+  "$@"
+}
+
+mkdir -p "$demo"
+run adc-bench render --split train --frames 1200 --out "$demo/train"
+run adc-bench render --split val --frames 400 --out "$demo/val"
+run adc-bench train-detector --train "$demo/train" --val "$demo/val" --out "$demo/detector" \
+  --config adc_bench/detector/recipes/demo.toml --resume
+run adc-bench evaluate submission thesis --suite d1 --episodes 1 --out "$demo/drive" \
+  --set "weights=$demo/detector/weights.safetensors"
+run adc-bench leaderboard export --out "$demo/leaderboard.json"
+
+echo
+python scripts/demo_summary.py "$demo" $(($(date +%s) - started))
