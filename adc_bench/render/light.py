@@ -5,7 +5,9 @@ The unit is 300 lux, so a white surface in an ordinarily lit hall has radiance a
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,22 @@ PENUMBRA_RAD = 0.025  # half the angle under which the floodlight appears
 LAMP_GRID = tuple((x, y) for x in (-7.0, 0.0, 7.0) for y in (-3.5, 3.5))
 TUNNEL_FLOOR_SHARE = 0.015  # light deep inside, relative to outside
 TUNNEL_REACH_M = 0.7  # e-folding depth of daylight behind an opening
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Blocker:
+    """A box that casts a shadow: centre (3,), axes as columns (3, 3), half size (3,), bounding radius."""
+
+    centre: Array
+    rotation: Array
+    half: Array
+    radius_m: float
+
+    @classmethod
+    def of(cls, solid: Solid) -> "Blocker":
+        """Return the solid as a blocker."""
+        pose, half = solid.pose_world_solid(), np.array(solid.size_m) / 2
+        return cls(centre=pose.translation_m, rotation=pose.rotation, half=half, radius_m=float(np.linalg.norm(half)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,25 +58,30 @@ class Lighting:
         diffuse *= self._openness(points + 0.02 * normals)
         flood = look.flood_share * self._flood(points + 0.005 * normals, normals)
         light = level * (diffuse[:, None] * warm + flood[:, None] * cold)
-        return light.astype(np.float32)
+        return np.asarray(light, dtype=np.float32)
 
     @property
     def _lamp_height_m(self) -> float:
         return self.scenario.arena_spec.hall_height_m - 0.1
 
+    @cached_property
+    def _blockers(self) -> list[Blocker]:
+        return [Blocker.of(solid) for solid in self.scenario.solids if solid.kind != "wall"]
+
     def _flood(self, points: Array, normals: Array) -> Array:
         """Return the floodlight's share, 1 on open floor: cosine law times the visible part of the lamp."""
         look = self.scenario.look
-        blockers = [solid for solid in self.scenario.solids if solid.kind != "wall"]
         towards = _direction(look.flood_azimuth_rad, look.flood_elevation_rad)
-        cosine = np.clip(normals @ towards, 0.0, None) / towards[2]
-        lit = np.zeros(len(points))
+        share: Array = np.clip(normals @ towards, 0.0, None) / towards[2]
+        facing = np.flatnonzero(share)
+        lit = np.zeros(len(facing))
         for da, de in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
             ray = _direction(
                 look.flood_azimuth_rad + da * PENUMBRA_RAD / 2, look.flood_elevation_rad + de * PENUMBRA_RAD / 2
             )
-            lit += ~_shadowed(points, ray, blockers)
-        return cosine * lit / 4
+            lit += ~_shadowed(points[facing], ray, self._blockers)
+        share[facing] *= lit / 4
+        return share
 
     def _openness(self, points: Array) -> Array:
         """Return the share of diffuse light that reaches each point: less inside the tunnel."""
@@ -80,8 +103,9 @@ class Lighting:
 
 def _near_path(points: Array, centre: Path, s0: float, s1: float, half: float) -> NDArray[np.intp]:
     way = centre.poses(np.linspace(s0, s1, 24))[:, :2]
-    low, high = way.min(axis=0) - half, way.max(axis=0) + half
-    return np.flatnonzero(((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1))
+    (x0, y0), (x1, y1) = way.min(axis=0) - half, way.max(axis=0) + half
+    x, y = points[:, 0], points[:, 1]
+    return np.flatnonzero((x > x0) & (x < x1) & (y > y0) & (y < y1))
 
 
 def _direction(azimuth_rad: float, elevation_rad: float) -> Array:
@@ -105,32 +129,38 @@ def _lamps(points: Array, normals: Array, height_m: float) -> Array:
         cosines = np.clip(np.einsum("ij,ij->i", to_lamp, normals), 0.0, None) * np.clip(to_lamp[:, 2], 0.0, None)
         total += cosines / square**2
     hall_m2 = 300.0  # flux that lands on the hall's floor is spread over about this area
-    return total / math.pi * hall_m2 / len(LAMP_GRID) + 0.25 * _sky(normals)
+    share: Array = total / math.pi * hall_m2 / len(LAMP_GRID) + 0.25 * _sky(normals)
+    return share
 
 
-def _shadowed(points: Array, towards: Array, blockers: list[Solid]) -> NDArray[np.bool_]:
+def _shadowed(points: Array, towards: Array, blockers: Sequence[Blocker]) -> NDArray[np.bool_]:
     """Return for each point (n, 3) whether a box stands between it and a far light (slab test, culled by spheres)."""
     side = np.cross(towards, [0.0, 0.0, 1.0])
     side /= np.linalg.norm(side)
     across = np.stack([side, np.cross(side, towards)], axis=1)
-    flat = points @ across
+    centres = np.array([blocker.centre for blocker in blockers]) @ across
+    radii = np.array([blocker.radius_m for blocker in blockers])
+    low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+    u, v = points @ across[:, 0], points @ across[:, 1]
+    some = np.flatnonzero((u > low[0]) & (u < high[0]) & (v > low[1]) & (v < high[1]))
+    u, v = u[some], v[some]
     hit = np.zeros(len(points), bool)
-    for solid in blockers:
-        pose = solid.pose_world_solid()
-        half = np.array(solid.size_m) / 2
-        radius = float(np.linalg.norm(half))
-        near = np.flatnonzero((np.abs(flat - pose.translation_m @ across) < radius).all(axis=1) & ~hit)
+    for blocker, (cu, cv), radius in zip(blockers, centres, radii, strict=True):
+        near = some[(np.abs(u - cu) < radius) & (np.abs(v - cv) < radius)]
         if len(near):
-            local = (points[near] - pose.translation_m) @ pose.rotation
-            ray = towards @ pose.rotation
-            hit[near] = _ray_meets_box(local, np.where(np.abs(ray) < 1e-12, 1e-12, ray), half)
+            local = (points[near] - blocker.centre) @ blocker.rotation
+            ray = towards @ blocker.rotation
+            hit[near] |= _ray_meets_box(local, np.where(np.abs(ray) < 1e-12, 1e-12, ray), blocker.half)
     return hit
 
 
 def _ray_meets_box(origins: Array, ray: Array, half: Array) -> NDArray[np.bool_]:
-    t0, t1 = (-half - origins) / ray, (half - origins) / ray
-    enter, leave = np.minimum(t0, t1).max(axis=1), np.maximum(t0, t1).min(axis=1)
-    meets: NDArray[np.bool_] = leave > np.maximum(enter, 1e-6)
+    """Return whether rays (3,) from points (n, 3) meet the box of half size (3,) about the origin, ahead of them."""
+    middle, reach = -origins / ray, half / np.abs(ray)
+    enter, leave = middle - reach, middle + reach
+    first = np.maximum(np.maximum(enter[:, 0], enter[:, 1]), enter[:, 2])
+    last = np.minimum(np.minimum(leave[:, 0], leave[:, 1]), leave[:, 2])
+    meets: NDArray[np.bool_] = last > np.maximum(first, 1e-6)
     return meets
 
 
@@ -140,7 +170,8 @@ def _white_of(kelvin: float) -> Array:
     A rough fit to the black-body locus in linear sRGB from 2,500 K to 8,000 K (within a fifth).
     """
     x = math.log(kelvin / 6600.0)
-    return np.sqrt(np.array([math.exp(-1.05 * x), 1.0, math.exp(1.35 * x)]))
+    white: Array = np.sqrt([math.exp(-1.05 * x), 1.0, math.exp(1.35 * x)])
+    return white
 
 
 def exposure_for(look: Look, irradiance: float) -> float:
@@ -149,4 +180,4 @@ def exposure_for(look: Look, irradiance: float) -> float:
     White paint comes out at 0.7 of full scale; below 60 lux the gain is at its end and the picture stays dark.
     """
     darkest = 60.0 / UNIT_LUX
-    return 0.875 / max(irradiance, darkest) * 2.0**look.exposure_bias_ev
+    return 0.875 / max(irradiance, darkest) * math.pow(2.0, look.exposure_bias_ev)

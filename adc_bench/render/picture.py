@@ -19,7 +19,7 @@ def deliver(rgb: NDArray[np.uint8], noise_sd: float, rng: np.random.Generator) -
     tile = _noise_tile(height, width, round(float(np.clip(noise_sd, 0, NOISE_LEVELS - 1))))
     y, x = rng.integers(0, _SLACK_PX, 2)
     noisy = cv2.add(rgb, tile[y : y + height, x : x + width], dtype=cv2.CV_8U)
-    return encode_jpeg(noisy)
+    return encode_jpeg(np.asarray(noisy, np.uint8))
 
 
 def encode_jpeg(rgb: NDArray[np.uint8]) -> bytes:

@@ -109,7 +109,7 @@ class StaticScene:
         look, spec = self._scenario.look, self._scenario.course_spec
         bounds = course_bounds(spec)
         self._floor_light = light_picture(lighting, floor_rectangle(bounds), FLOOR_TEXEL_M)
-        texture = _floor_texture(look.floor, look.texture_seed, spec, round(look.line_wear, 1))
+        texture = _floor_texture(look.floor, look.texture_seed, spec)
         light = _texture(self._floor_light)
         (cx0, cy0), _, (cx1, cy1), _ = self._scenario.course.crosswalk_corners
         cells = list(grid_cells((bounds[0], cx0, cx1, bounds[2]), (bounds[1], cy0, cy1, bounds[3])))
@@ -247,8 +247,8 @@ def _mipmapped(picture: TwoTone) -> sapien.render.RenderTexture2D:
 
 # Surfaces come back from scenario to scenario; a family of looks has six floors and six walls (three kinds, two seeds).
 @lru_cache(maxsize=8)
-def _floor_texture(kind: str, seed: int, spec: CourseSpec, wear: float) -> sapien.render.RenderTexture2D:
-    return _mipmapped(floor_texture(FLOOR_KINDS[kind], seed, spec, wear))
+def _floor_texture(kind: str, seed: int, spec: CourseSpec) -> sapien.render.RenderTexture2D:
+    return _mipmapped(floor_texture(FLOOR_KINDS[kind], seed, spec))
 
 
 @lru_cache(maxsize=8)

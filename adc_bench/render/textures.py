@@ -101,21 +101,22 @@ def _texels(points: NDArray[np.float64], x0: float, y1: float) -> NDArray[np.int
     return np.round(texels * 64).astype(np.int32)
 
 
-def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec, wear: float) -> TwoTone:
-    """Return the painted part of the floor, (h, w, 2); `wear` is the share of paint worn thin."""
+def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec) -> TwoTone:
+    """Return the painted part of the floor, (h, w, 2), its lines worn more or less."""
     rng = stream(seed, "floor")
+    wear = rng.uniform(0.05, 0.35)
     mask = paint_mask(spec)
     tone = _floor_tone(kind, mask.shape, METRES_PER_TEXEL_COURSE, rng)
     worn = _blotches(mask.shape, 0.15, METRES_PER_TEXEL_COURSE, rng)
     keep = np.clip(255 * (1 - wear * np.clip(worn, 0, 2)), 60, 255).astype(np.uint8)
-    return cv2.merge([tone, cv2.multiply(mask, keep, scale=1 / 255)])
+    return _two_tone(tone, np.asarray(cv2.multiply(mask, keep, scale=1 / 255), np.uint8))
 
 
 def hall_texture(kind: FloorKind, seed: int, length_m: float, width_m: float) -> TwoTone:
     """Return the bare floor of the whole hall, (h, w, 2)."""
     shape = (round(width_m / METRES_PER_TEXEL_HALL), round(length_m / METRES_PER_TEXEL_HALL))
     tone = _floor_tone(kind, shape, METRES_PER_TEXEL_HALL, stream(seed, "hall"))
-    return cv2.merge([tone, np.zeros(shape, np.uint8)])
+    return _two_tone(tone, np.zeros(shape, np.uint8))
 
 
 def _floor_tone(
@@ -140,16 +141,15 @@ def _blotches(
     height, width = shape[:2]
     cells = (max(2, round(height * metres_per_texel / size_m)), max(2, round(width * metres_per_texel / size_m)))
     coarse = rng.standard_normal(cells).astype(np.float32)
-    smooth: NDArray[np.float32] = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
-    return smooth
+    return np.asarray(cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC), np.float32)
 
 
 def wall_texture(kind: WallKind, seed: int, length_m: float, height_m: float) -> TwoTone:
     """Return one wall, (h, w, 2); row 0 is the top."""
     rng = stream(seed, "wall", round(length_m * 100))
     height, width = round(height_m / METRES_PER_TEXEL_HALL), round(length_m / METRES_PER_TEXEL_HALL)
-    x = (np.arange(width) + 0.5) * METRES_PER_TEXEL_HALL
-    z = height_m - (np.arange(height) + 0.5) * METRES_PER_TEXEL_HALL
+    x = (np.arange(width, dtype=np.float64) + 0.5) * METRES_PER_TEXEL_HALL
+    z = height_m - (np.arange(height, dtype=np.float64) + 0.5) * METRES_PER_TEXEL_HALL
     second = np.zeros((height, width), np.float32)
     second[_joints(kind, x, z)] = 1
     if kind.band_m:
@@ -158,7 +158,11 @@ def wall_texture(kind: WallKind, seed: int, length_m: float, height_m: float) ->
         second += 0.5 + 0.5 * np.sin(2 * np.pi * x / kind.fold_m + 0.8 * np.sin(x)).astype(np.float32)
     _draw_rectangles(second, kind.rectangles, rng)
     tone = 128 * (1 + 0.08 * _blotches(second.shape, 0.5, METRES_PER_TEXEL_HALL, rng))
-    return cv2.merge([np.clip(tone, 0, 255).astype(np.uint8), np.clip(255 * second, 0, 255).astype(np.uint8)])
+    return _two_tone(np.clip(tone, 0, 255).astype(np.uint8), np.clip(255 * second, 0, 255).astype(np.uint8))
+
+
+def _two_tone(tone: NDArray[np.uint8], second: NDArray[np.uint8]) -> TwoTone:
+    return np.stack([tone, second], axis=2)
 
 
 def _joints(kind: WallKind, x: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.bool_]:

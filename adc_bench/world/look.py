@@ -105,7 +105,6 @@ class Look(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     flood_share: float
     lamp_share: float
     line_albedo: float
-    line_wear: float
     panel_luminance: float  # of a white pixel, relative to a white floor under 300 lux
     exposure_bias_ev: float
 
@@ -135,7 +134,6 @@ def draw_look(family: LookFamily, rng: np.random.Generator, light_level: LightLe
         flood_share=float(rng.uniform(*ranges.flood_share)),
         lamp_share=float(rng.uniform(*ranges.lamp_share)),
         line_albedo=float(rng.uniform(0.65, 0.9)),
-        line_wear=float(rng.uniform(0.0, 0.35)),
         panel_luminance=float(rng.uniform(0.6, 1.4)),
         exposure_bias_ev=float(rng.uniform(-0.5, 0.5)),
     )
