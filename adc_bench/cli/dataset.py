@@ -1,0 +1,56 @@
+"""`adc-bench dataset`: check a dataset, look at it."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from adc_bench.errors import InputError
+
+app = typer.Typer(
+    help="Check a dataset, look at it.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False
+)
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The dataset's folder.")]
+
+
+@app.command()
+def check(
+    folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False
+) -> None:
+    """Read every picture, label and pose; exit 3 if anything is wrong."""
+    from adc_bench.dataset.check import find_problems
+    from adc_bench.dataset.read import FrameDataset
+
+    dataset = FrameDataset(folder)
+    problems = list(find_problems(dataset))
+    if as_json:
+        typer.echo(json.dumps({"frames": len(dataset), "problems": problems}, indent=2))
+    else:
+        for problem in problems:
+            typer.echo(problem)
+    if problems:
+        raise InputError(
+            where=str(folder),
+            found=f"{len(problems)} problems, the first: {problems[0]}",
+            wanted="a dataset as it was written",
+            todo="copy it again, or render it again",
+        )
+    if not as_json:
+        boxes = sum(len(dataset.annotations(i)) for i in range(len(dataset)))
+        typer.echo(f"{folder}: {len(dataset)} frames and {boxes} labels are in order")
+
+
+@app.command()
+def preview(folder: Folder, out: Annotated[Path, typer.Option(help="The PNG file to write.")]) -> None:
+    """Write a contact sheet: both cameras at every light level and in the tunnel, with their boxes."""
+    import cv2
+
+    from adc_bench.dataset.layout import write_file
+    from adc_bench.dataset.preview import contact_sheet
+    from adc_bench.dataset.read import FrameDataset
+
+    sheet = contact_sheet(FrameDataset(folder))
+    _, png = cv2.imencode(".png", cv2.cvtColor(sheet, cv2.COLOR_RGB2BGR))
+    write_file(out, png.tobytes())
+    typer.echo(f"{out}: {sheet.shape[1]}x{sheet.shape[0]} pixels")

@@ -1,0 +1,108 @@
+"""The dataset folder: its file names, and `dataset.toml`, which says what made it.
+
+dataset.toml  README.md  shard-00000.h5 ...  annotations/instances.json  poses/<camera>.tum
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+
+from adc_bench.dataset.split import Split
+from adc_bench.world.robot import CameraMount
+
+SCHEMA = 1
+FRAMES_PER_SHARD = 64
+MANIFEST = "dataset.toml"
+CARD = "README.md"
+COCO = "annotations/instances.json"
+
+
+def shard_name(number: int) -> str:
+    """Return the file name of a shard."""
+    return f"shard-{number:05d}.h5"
+
+
+def poses_name(camera: str) -> str:
+    """Return the file name of a camera's true poses."""
+    return f"poses/{camera}.tum"
+
+
+class ShardEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A finished shard: file name, frames in it, and what its bytes must be."""
+
+    file: str
+    frames: int
+    size_bytes: int
+    sha256: str
+
+
+class Summary(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a dataset holds, counted; `boxes` leaves out the `ignored` regions."""
+
+    frames: int
+    scenarios: int
+    size_bytes: int
+    tunnel_frames: int
+    ignored: int
+    cameras: dict[str, int]
+    light_levels: dict[str, int]
+    boxes: dict[str, int]
+
+
+class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`dataset.toml`. An unfinished dataset has neither summary nor shards."""
+
+    schema: int = SCHEMA
+    frames: int
+    split: Split
+    split_sha256: str
+    software: dict[str, str]
+    cameras: tuple[CameraMount, ...]
+    summary: Summary | None = None
+    shards: tuple[ShardEntry, ...] = ()
+
+    @property
+    def plan(self) -> "Manifest":
+        """What was wanted, without what came of it."""
+        return msgspec.structs.replace(self, summary=None, shards=())
+
+    @property
+    def shard_count(self) -> int:
+        """How many shards the frames fill."""
+        return -(-self.frames // FRAMES_PER_SHARD)
+
+    def shard_frames(self, number: int) -> range:
+        """Return the indices of the frames in a shard."""
+        first = number * FRAMES_PER_SHARD
+        return range(first, min(first + FRAMES_PER_SHARD, self.frames))
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """Write the bytes under a temporary name, then rename: the file is whole or absent."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".tmp")
+    temporary.write_bytes(data)
+    temporary.replace(path)
+
+
+def to_toml(record: msgspec.Struct) -> bytes:
+    """Return a record of scalars, lists, mappings and lists of records as TOML."""
+    return ("\n".join(_table(msgspec.to_builtins(record), "")).strip() + "\n").encode()
+
+
+def _table(values: Mapping[str, object], path: str) -> list[str]:
+    """Return the lines of a table: its own keys, then the tables inside it."""
+    own, inner = [], []
+    for key, value in values.items():
+        name = f"{path}.{key}" if path else key
+        if isinstance(value, dict):
+            inner += ["", f"[{name}]", *_table(value, name)]
+        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], dict):
+            for item in value:
+                inner += ["", f"[[{name}]]", *_table(item, name)]
+        elif value is not None:
+            # TOML writes strings, numbers, booleans and lists of them as JSON does.
+            own.append(f"{key} = {json.dumps(value)}")
+    return [*own, *inner]
