@@ -1,8 +1,9 @@
 #!/bin/sh
-# demo.sh FOLDER: the whole job once, small enough for two cores and ten minutes. Every line is a command
-# that works by itself; run again after a break, it goes on where it stopped.
+# demo.sh FOLDER: the whole job once, small enough for two cores and ten minutes. Every `run` is a command that
+# works by itself. Run again after a break, it goes on where it stopped; after a change of the program, it starts afresh.
 set -eu
-PATH="$(cd "$(dirname "$0")/.." && pwd)/.venv/bin:$PATH"
+cd "$(dirname "$0")/.."
+PATH="$PWD/.venv/bin:$PATH"
 demo=$1
 started=$(date +%s)
 
@@ -12,7 +13,10 @@ run() {
   "$@"
 }
 
+made_by=$(find adc_bench splits scripts/demo.sh -type f ! -name '*.pyc' | LC_ALL=C sort | xargs sha256sum | sha256sum)
+[ "$(cat "$demo/made-by" 2>/dev/null)" = "$made_by" ] || rm -rf "$demo"
 mkdir -p "$demo"
+echo "$made_by" >"$demo/made-by"
 run adc-bench render --split train --frames 1200 --out "$demo/train"
 run adc-bench render --split val --frames 400 --out "$demo/val"
 run adc-bench train-detector --train "$demo/train" --val "$demo/val" --out "$demo/detector" \

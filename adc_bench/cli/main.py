@@ -1,14 +1,17 @@
 """The command `adc-bench`: its table of commands, and what becomes of an error."""
 
+import errno
 import importlib
+import os
 import sys
 import traceback
-from typing import Annotated
+from collections.abc import Sequence
+from typing import Annotated, NoReturn
 
 import typer
 
 from adc_bench import __version__
-from adc_bench.errors import AdcBenchError
+from adc_bench.errors import AdcBenchError, MachineError
 
 app = typer.Typer(
     name="adc-bench",
@@ -22,6 +25,7 @@ evaluate = typer.Typer(
     help="Score a detector or a driver.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False
 )
 
+LACKS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS})
 HEADLINES = {1: "adc-bench failed", 2: "wrong usage", 3: "bad input", 4: "this machine lacks something"}
 
 
@@ -66,27 +70,39 @@ _command(app, "evaluate_submission", "rescore", "rescore")
 _command(app, "leaderboard", "app", "leaderboard")
 
 
-def main() -> None:
-    """Run the command line; never returns. `--debug` is taken anywhere among the words.
+def main(words: Sequence[str] | None = None, commands: typer.Typer = app) -> NoReturn:
+    """Run the command line; `--debug` is taken anywhere among the words (default: the process' own).
 
     Raises:
-        SystemExit: with 0, or the exit code of the error told on stderr (130 after Ctrl-C).
+        SystemExit: always; with 0, or the exit code of the error told on stderr (130 after Ctrl-C).
     """
-    words = [word for word in sys.argv[1:] if word != "--debug"]
-    debug = len(words) < len(sys.argv) - 1
+    given = sys.argv[1:] if words is None else words
+    debug = "--debug" in given
     try:
-        app(args=words, prog_name="adc-bench")
+        commands(args=[word for word in given if word != "--debug"], prog_name="adc-bench")
     except AdcBenchError as error:
-        _tell(f"error: {HEADLINES[error.exit_code]}\n{error}", debug)
-        sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        sys.exit(130)
+        _fail(error, debug)
+    except OSError as error:
+        _fail(_lack(error) if error.errno in LACKS else error, debug)
     except Exception as error:  # a fault of ours: one line in place of a traceback, unless asked for
-        _tell(f"error: {type(error).__name__}: {error} (a fault of adc-bench; --debug shows where)", debug)
-        sys.exit(1)
+        _fail(error, debug)
+    sys.exit(0)
 
 
-def _tell(text: str, debug: bool) -> None:
+def _lack(error: OSError) -> MachineError:
+    return MachineError(
+        where=str(error.filename or "a file"),
+        found=os.strerror(error.errno or 0).lower(),
+        wanted="room and permission to write it",
+        todo="make room, or choose another folder",
+    )
+
+
+def _fail(error: Exception, debug: bool) -> NoReturn:
     if debug:
         traceback.print_exc()
-    typer.echo(text, err=True)
+    if isinstance(error, AdcBenchError):
+        typer.echo(f"error: {HEADLINES[error.exit_code]}\n{error}", err=True)
+        sys.exit(error.exit_code)
+    typer.echo(f"error: {type(error).__name__}: {error} (a fault of adc-bench; --debug shows where)", err=True)
+    sys.exit(1)

@@ -1,0 +1,53 @@
+"""What `make demo` has made: files, detector, drive, time. Reads the files alone."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+
+def main() -> None:
+    demo, seconds = Path(sys.argv[1]), int(sys.argv[2])
+    result = _read(demo / "drive" / "result.json")
+    episode = result["episodes"][0]
+    _section("made", [*(_dataset(demo / name) for name in ("train", "val")), *_files(demo)])
+    _section("driven", [f"{key}: {text}" for key, text in _drive(result, episode).items()])
+    _section("time", [f"{seconds // 60} min {seconds % 60} s"])
+    if result["status"] != "success":
+        sys.exit(f"error: the drive ended with {episode['status']}: {episode['reason']}")
+
+
+def _read(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _dataset(folder: Path) -> str:
+    coco = _read(folder / "annotations" / "instances.json")
+    return f"{folder}/: {len(coco['images'])} pictures, {len(coco['annotations'])} boxes"
+
+
+def _files(demo: Path) -> list[str]:
+    names = ("detector/weights.safetensors", "drive/result.json", "leaderboard.json")
+    return [f"{demo / name}: {(demo / name).stat().st_size / 1e3:.0f} kB" for name in names]
+
+
+def _drive(result: dict[str, Any], episode: dict[str, Any]) -> dict[str, str]:
+    place, driving = episode["localization"], episode["driving"]
+    return {
+        "submission": f"{result['submission']['name']}, suite {result['suite']}, {episode['status']}",
+        "score": f"{episode['driving_score']:.3f}",
+        "laps": ", ".join(f"{lap_s:.1f} s" for lap_s in episode["laps_s"]),
+        "position RMSE": f"{place['position_rmse_m']:.3f} m",
+        "line touches": str(driving["line_touches"]),
+        "collisions": str(len(episode["collisions"])),
+    }
+
+
+def _section(title: str, lines: list[str]) -> None:
+    print(title)
+    for line in lines:
+        print(f"  {line}")
+
+
+if __name__ == "__main__":
+    main()
