@@ -20,9 +20,9 @@ find_python() {  # the Pythons that every locked wheel exists for
 }
 
 install_system_packages() {
-  packages=$(sh scripts/system_packages.sh missing "$python")
-  [ -n "$packages" ] || return 0
-  echo "setup: installing system packages: $packages"
+  set -- $(sh scripts/system_packages.sh missing "$python")
+  [ $# -gt 0 ] || return 0
+  echo "setup: installing system packages: $*"
   if [ "$(id -u)" = 0 ]; then
     as_root=
   elif [ -t 0 ] && command -v sudo >/dev/null; then
@@ -30,10 +30,10 @@ install_system_packages() {
   elif sudo -n true 2>/dev/null; then
     as_root="sudo -n"
   else
-    missing "no $packages, and no right to install it" "the right to install system packages, once" \
-      "as root, in $(pwd): sh scripts/system_packages.sh install $packages"
+    missing "no $*, and no right to install it" "the right to install system packages, once" \
+      "as root: cd $(pwd) && sh scripts/system_packages.sh install $*"
   fi
-  $as_root sh scripts/system_packages.sh install $packages
+  $as_root sh scripts/system_packages.sh install "$@"
 }
 
 python=$(find_python)
