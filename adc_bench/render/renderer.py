@@ -84,21 +84,21 @@ class ArenaRenderer:
 
     def raw(self, camera_name: str, pose_world_robot: Pose3) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """Return the noiseless picture (h, w, 4) uint8 and the label ids (h, w) uint8."""
-        colour = self._take(camera_name, pose_world_robot, self._exposure(pose_world_robot))
+        colour = self.exposed(camera_name, pose_world_robot, self.exposure(pose_world_robot))
         return colour, self._label_ids(camera_name)
 
     def picture(self, camera_name: str, pose_world_robot: Pose3) -> bytes:
         """Return the delivered JPEG; the n-th of a scenario's camera always has the same noise."""
         index = self._taken[camera_name]
         self._taken[camera_name] += 1
-        exposure = self._exposure(pose_world_robot)
-        rgba = self._take(camera_name, pose_world_robot, exposure)
+        exposure = self.exposure(pose_world_robot)
+        rgba = self.exposed(camera_name, pose_world_robot, exposure)
         return self._deliver(rgba, camera_name, index, exposure)
 
     def frame(self, index: int, camera_name: str, pose_world_robot: Pose3) -> Frame:
         """Return the delivered picture with its truth; noise is drawn by the frame's index."""
-        exposure = self._exposure(pose_world_robot)
-        rgba = self._take(camera_name, pose_world_robot, exposure)
+        exposure = self.exposure(pose_world_robot)
+        rgba = self.exposed(camera_name, pose_world_robot, exposure)
         mount, pose_camera = self.rig.camera(camera_name), self.pose_world_camera(camera_name, pose_world_robot)
         look = self._scenario.look
         x, y, _ = pose_world_robot.translation_m
@@ -122,7 +122,8 @@ class ArenaRenderer:
             ),
         )
 
-    def _take(self, camera_name: str, pose_world_robot: Pose3, exposure: float) -> NDArray[np.uint8]:
+    def exposed(self, camera_name: str, pose_world_robot: Pose3, exposure: float) -> NDArray[np.uint8]:
+        """Return the noiseless picture (h, w, 4) uint8 at a given exposure."""
         component = self._cameras[camera_name]
         component.entity.set_pose(sapien_pose(self.pose_world_camera(camera_name, pose_world_robot)))
         self._scene.set_ambient_light([exposure] * 3)
@@ -135,7 +136,8 @@ class ArenaRenderer:
         picture: NDArray[np.uint8] = self._cameras[camera_name].get_picture("Label")
         return np.ascontiguousarray(picture[..., 0])
 
-    def _exposure(self, pose_world_robot: Pose3) -> float:
+    def exposure(self, pose_world_robot: Pose3) -> float:
+        """Return the exposure that the light on the floor before the robot leads to."""
         points = pose_world_robot.transform(np.column_stack([METERED, np.zeros(len(METERED))]))[:, :2]
         return exposure_for(self._scenario.look, self._arena.floor_irradiance(points))
 

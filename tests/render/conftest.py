@@ -1,0 +1,37 @@
+"""One renderer for the whole room: starting it costs half a second."""
+
+from collections.abc import Callable
+
+import pytest
+
+from adc_bench.render import ArenaRenderer
+from adc_bench.world.arena import Tunnel
+from adc_bench.world.categories import PanelSign
+from adc_bench.world.look import LightLevel, LookFamily, draw_look
+from adc_bench.world.robot import RobotParams, SensorRig, draw_robot_truth
+from adc_bench.world.scenario import Scenario
+from adc_bench.world.streams import stream
+
+FAMILY = LookFamily(floors=("charcoal_vinyl", "grey_carpet"), walls=("brick", "plaster"), light_sets=("window_left",))
+
+
+@pytest.fixture(scope="session")
+def renderer() -> ArenaRenderer:
+    return ArenaRenderer(SensorRig())
+
+
+@pytest.fixture(scope="session")
+def scenario_of() -> Callable[..., Scenario]:
+    def make(
+        level: LightLevel = "normal", *, seed: int = 1, tunnel: Tunnel | None = None, sign: PanelSign = "up"
+    ) -> Scenario:
+        return Scenario(
+            name=f"{level}-{seed}",
+            seed=seed,
+            look=draw_look(FAMILY, stream(seed, "look"), level),
+            robot_truth=draw_robot_truth(RobotParams(), stream(seed, "robot")),
+            panel_sign=sign,
+            tunnel=tunnel,
+        )
+
+    return make
