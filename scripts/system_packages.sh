@@ -20,7 +20,9 @@ missing() {
   done
 }
 
-candidate() { apt-cache policy "$1" | awk '$1 == "Candidate:" { print $2 }'; }
+candidate() {  # the version of package $1 that would be installed, from suite $2 if given
+  apt-cache ${2:+-o "APT::Default-Release=$2"} policy "$1" 2>/dev/null | awk '$1 == "Candidate:" { print $2 }'
+}
 
 # The machine's own sources of suite $1, with suite $2 in its place: one-line lists, then deb822 stanzas.
 derive_sources() {
@@ -63,6 +65,10 @@ install() {
     if ! apt-cache policy | grep -q "n=$suite"; then
       derive_sources "${suite%-backports}" "$suite"
       apt-get update -q
+    fi
+    if ! is_new_enough "$(candidate mesa-vulkan-drivers "$suite")"; then
+      echo "error: no Mesa $mesa_wanted or newer for this system; Debian 12 and 13 and Ubuntu 24.04 have one" >&2
+      exit 4
     fi
   fi
   apt-get install -q -y --no-install-recommends ${suite:+-t "$suite"} "$@"
