@@ -82,6 +82,21 @@ class ArenaRenderer:
         mount = self.rig.camera(camera_name)
         return pose_world_robot @ mount.pose_robot_camera(truth.camera_pitch_rad, truth.camera_roll_rad)
 
+    def exposure(self, pose_world_robot: Pose3) -> float:
+        """Return the exposure that the light on the floor before the robot leads to."""
+        points = pose_world_robot.transform(np.column_stack([METERED, np.zeros(len(METERED))]))[:, :2]
+        return exposure_for(self._scenario.look, self._arena.floor_irradiance(points))
+
+    def exposed(self, camera_name: str, pose_world_robot: Pose3, exposure: float) -> NDArray[np.uint8]:
+        """Return the noiseless picture (h, w, 4) uint8 at a given exposure."""
+        component = self._cameras[camera_name]
+        component.entity.set_pose(sapien_pose(self.pose_world_camera(camera_name, pose_world_robot)))
+        self._scene.set_ambient_light([exposure] * 3)
+        self._scene.update_render()
+        component.take_picture()
+        picture: NDArray[np.uint8] = component.get_picture("Color")
+        return picture
+
     def raw(self, camera_name: str, pose_world_robot: Pose3) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """Return the noiseless picture (h, w, 4) uint8 and the label ids (h, w) uint8."""
         colour = self.exposed(camera_name, pose_world_robot, self.exposure(pose_world_robot))
@@ -122,24 +137,9 @@ class ArenaRenderer:
             ),
         )
 
-    def exposed(self, camera_name: str, pose_world_robot: Pose3, exposure: float) -> NDArray[np.uint8]:
-        """Return the noiseless picture (h, w, 4) uint8 at a given exposure."""
-        component = self._cameras[camera_name]
-        component.entity.set_pose(sapien_pose(self.pose_world_camera(camera_name, pose_world_robot)))
-        self._scene.set_ambient_light([exposure] * 3)
-        self._scene.update_render()
-        component.take_picture()
-        picture: NDArray[np.uint8] = component.get_picture("Color")
-        return picture
-
     def _label_ids(self, camera_name: str) -> NDArray[np.uint8]:
         picture: NDArray[np.uint8] = self._cameras[camera_name].get_picture("Label")
         return np.ascontiguousarray(picture[..., 0])
-
-    def exposure(self, pose_world_robot: Pose3) -> float:
-        """Return the exposure that the light on the floor before the robot leads to."""
-        points = pose_world_robot.transform(np.column_stack([METERED, np.zeros(len(METERED))]))[:, :2]
-        return exposure_for(self._scenario.look, self._arena.floor_irradiance(points))
 
     def _deliver(self, rgba: NDArray[np.uint8], camera_name: str, index: int, exposure: float) -> bytes:
         share = min(1.0, exposure / EXPOSURE_DARK)

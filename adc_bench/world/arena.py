@@ -5,10 +5,12 @@ from typing import Literal
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from adc_bench.geometry import Path, Pose2, Pose3, rotation_zyx
+from adc_bench.geometry import Path, Pose3, rotation_zyx
 from adc_bench.world.course import Course
 
+Array = NDArray[np.float64]
 Kind = Literal["gantry", "panel", "wall", "tunnel"]
 
 
@@ -139,30 +141,53 @@ def tunnel_s_on_centre(course: Course, tunnel: Tunnel) -> tuple[float, float]:
 
 
 def tunnel_solids(spec: ArenaSpec, course: Course, tunnel: Tunnel) -> tuple[Solid, ...]:
-    """Return the tunnel's walls and roof, in straight segments of about 0.4 m."""
-    centre = road_centre(course)
+    """Return the tunnel's walls and roof, in straight segments of about 0.4 m that meet at their ends."""
     s0, s1 = tunnel_s_on_centre(course, tunnel)
-    count = max(1, math.ceil((s1 - s0) / 0.4))
-    step = (s1 - s0) / count
-    half, wall, height = spec.tunnel_clear_half_width_m, spec.tunnel_wall_m, spec.tunnel_height_m
+    stations = road_centre(course).poses(np.linspace(s0, s1, max(1, math.ceil((s1 - s0) / 0.4)) + 1))
+    normals = np.stack([-np.sin(stations[:, 2]), np.cos(stations[:, 2])], axis=1)
+    reach = spec.tunnel_clear_half_width_m + spec.tunnel_wall_m / 2
+    left, right = stations[:, :2] + reach * normals, stations[:, :2] - reach * normals
     solids = []
-    for k in range(count):
-        middle = s0 + (k + 0.5) * step
-        pose, curvature = centre.pose(middle), float(centre.curvature_pm(middle)[0])
-        for part, left in (("left", half + wall / 2), ("right", -half - wall / 2), ("roof", 0.0)):
-            place = pose @ Pose2(x_m=0.0, y_m=left, yaw_rad=0.0)
-            roof = part == "roof"
-            stretch = 1 + abs(curvature) * (half + wall) if roof else 1 - curvature * left
-            length = step * stretch + 0.02
-            size = (length, 2 * (half + wall), wall) if roof else (length, wall, height)
-            solids.append(
-                Solid(
-                    name=f"tunnel_{part}_{k:02d}",
-                    kind="tunnel",
-                    centre_m=(place.x_m, place.y_m, height + wall / 2 if roof else height / 2),
-                    size_m=size,
-                    yaw_rad=place.yaw_rad,
-                    albedo=(0.12, 0.12, 0.13),
-                )
-            )
+    for k in range(len(stations) - 1):
+        solids += [
+            _tunnel_wall(spec, f"tunnel_left_{k:02d}", left[k], left[k + 1]),
+            _tunnel_wall(spec, f"tunnel_right_{k:02d}", right[k], right[k + 1]),
+            _tunnel_roof(spec, f"tunnel_roof_{k:02d}", np.array([left[k], left[k + 1], right[k + 1], right[k]])),
+        ]
     return tuple(solids)
+
+
+TUNNEL_ALBEDO = (0.12, 0.12, 0.13)
+JOINT_M = 0.01  # segments reach this far into each other
+
+
+def _tunnel_wall(spec: ArenaSpec, name: str, start: Array, end: Array) -> Solid:
+    x_m, y_m = (start + end) / 2
+    length, yaw = math.hypot(*(end - start)), math.atan2(*(end - start)[::-1])
+    return Solid(
+        name=name,
+        kind="tunnel",
+        centre_m=(float(x_m), float(y_m), spec.tunnel_height_m / 2),
+        size_m=(length + 2 * JOINT_M, spec.tunnel_wall_m, spec.tunnel_height_m),
+        yaw_rad=yaw,
+        albedo=TUNNEL_ALBEDO,
+    )
+
+
+def _tunnel_roof(spec: ArenaSpec, name: str, corners: Array) -> Solid:
+    """Return the slab over one segment: the smallest rectangle along the road over its corners (4, 2)."""
+    along = (corners[1] - corners[0]) + (corners[2] - corners[3])
+    yaw = math.atan2(along[1], along[0])
+    axes = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
+    local = corners @ axes.T
+    low, high = local.min(axis=0), local.max(axis=0)
+    x_m, y_m = (low + high) / 2 @ axes
+    length, width = high - low
+    return Solid(
+        name=name,
+        kind="tunnel",
+        centre_m=(float(x_m), float(y_m), spec.tunnel_height_m + spec.tunnel_wall_m / 2),
+        size_m=(float(length) + 2 * JOINT_M, float(width) + spec.tunnel_wall_m, spec.tunnel_wall_m),
+        yaw_rad=yaw,
+        albedo=TUNNEL_ALBEDO,
+    )
