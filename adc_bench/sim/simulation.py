@@ -1,0 +1,137 @@
+"""One drive: a scenario's arena and robot in PhysX, advanced by commands one control step at a time."""
+
+import math
+
+import msgspec
+import sapien
+
+from adc_bench.api import EncoderSamples, ImuSamples
+from adc_bench.geometry import Pose2, Pose3
+from adc_bench.sim.chassis import ChassisSpec, add_chassis
+from adc_bench.sim.contacts import Contact, ContactLog
+from adc_bench.sim.drive import Motion, limit, ramp, wheel_speeds_radps
+from adc_bench.sim.sensors import Encoders, Imu, ImuSpec
+from adc_bench.sim.surfaces import add_floor, add_solid, physics
+from adc_bench.world.scenario import Scenario
+
+
+class DynamicsSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the world moves and is felt, beyond the robot's public figures; part of the rules."""
+
+    physics_rate_hz: int = 200
+    settling_s: float = 0.5  # before time 0
+    solid_friction: float = 0.8
+    chassis: ChassisSpec = ChassisSpec()
+    imu: ImuSpec = ImuSpec()
+
+
+DYNAMICS = DynamicsSpec()
+
+
+class RobotState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The robot's true pose on the floor, forward speed of its origin, and turn rate."""
+
+    pose_world_robot: Pose2
+    v_mps: float
+    omega_radps: float
+
+
+class Simulation:
+    """The truth of one drive. At time 0 the robot stands at `start_pose`; equal arguments and commands give equal bits.
+
+    Needs no renderer. The sensors deliver their first samples at time 0.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        start_pose: Pose2,
+        control_period_s: float = 0.05,
+        *,
+        dynamics: DynamicsSpec = DYNAMICS,
+    ) -> None:
+        self._robot, self._rate_hz = scenario.robot, dynamics.physics_rate_hz
+        self._substeps = _whole(control_period_s * self._rate_hz)
+        self._encoder_every = _whole(self._rate_hz / scenario.rig.encoder_rate_hz)
+        self._imu_every = _whole(self._rate_hz / scenario.rig.imu_rate_hz)
+        self._system = physics(self._rate_hz)
+        self._scene = sapien.Scene([self._system])
+        add_floor(self._scene)
+        for solid in scenario.solids:
+            add_solid(self._scene, solid, dynamics.solid_friction)
+        self._chassis = add_chassis(self._scene, dynamics.chassis, self._robot, scenario.robot_truth, start_pose)
+        for _ in range(_whole(dynamics.settling_s * self._rate_hz)):
+            self._system.step()
+        self._start_instruments(scenario, dynamics.imu)
+
+    def _start_instruments(self, scenario: Scenario, imu: ImuSpec) -> None:
+        chassis = self._chassis
+        self._physics_step, self._motion, self._contacts = 0, Motion(), ContactLog()
+        self._encoders = Encoders(scenario.seed, self._robot.encoder_ticks_per_turn, chassis.wheel_angles_rad())
+        period_s = 1 / scenario.rig.imu_rate_hz
+        bias_radps = scenario.robot_truth.gyro_bias_radps
+        rotation = chassis.pose_world_robot().rotation
+        self._imu = Imu(scenario.seed, imu, bias_radps, period_s, rotation, chassis.velocity_mps())
+        self._sample_sensors()
+
+    @property
+    def step_index(self) -> int:
+        """How many control steps have passed."""
+        return self._physics_step // self._substeps
+
+    @property
+    def time_s(self) -> float:
+        """The time since the start."""
+        return self._physics_step / self._rate_hz
+
+    def advance(self, v_mps: float, omega_radps: float) -> None:
+        """Let one control step pass under this command, held within the robot's limits; it must be finite."""
+        assert math.isfinite(v_mps) and math.isfinite(omega_radps), "the caller checks commands"
+        target = limit(self._robot, Motion(v_mps=v_mps, omega_radps=omega_radps))
+        for _ in range(self._substeps):
+            self._motion = ramp(self._robot, self._motion, target, 1 / self._rate_hz)
+            self._chassis.set_wheel_speeds(wheel_speeds_radps(self._robot, self._motion))
+            self._system.step()
+            self._physics_step += 1
+            self._encoders.follow(self._chassis.wheel_angles_rad())
+            self._contacts.record(self.time_s, self._system.get_contacts())
+            self._sample_sensors()
+        self._contacts.close_step()
+
+    def _sample_sensors(self) -> None:
+        if self._physics_step % self._encoder_every == 0:
+            self._encoders.sample(self.time_s)
+        if self._physics_step % self._imu_every == 0:
+            self._imu.sample(self.time_s, self._chassis.pose_world_robot().rotation, self._chassis.velocity_mps())
+
+    def state(self) -> RobotState:
+        """Return the truth now."""
+        pose, velocity_mps = self.pose3_world_robot(), self._chassis.velocity_mps()
+        forward = pose.rotation[:, 0]
+        return RobotState(
+            pose_world_robot=Pose2(
+                x_m=float(pose.translation_m[0]),
+                y_m=float(pose.translation_m[1]),
+                yaw_rad=math.atan2(forward[1], forward[0]),
+            ),
+            v_mps=float(forward @ velocity_mps),
+            omega_radps=float(self._chassis.angular_velocity_radps()[2]),
+        )
+
+    def pose3_world_robot(self) -> Pose3:
+        """Return the pose in space of the point midway between the wheels' feet, with the body's pitch and roll."""
+        return self._chassis.pose_world_robot()
+
+    def read_sensors(self) -> tuple[EncoderSamples, ImuSamples]:
+        """Return the samples since the last call, this instant's included."""
+        return self._encoders.read(), self._imu.read()
+
+    def take_contacts(self) -> list[Contact]:
+        """Return the contacts since the last call; the floor does not count."""
+        return self._contacts.take()
+
+
+def _whole(steps: float) -> int:
+    """Return a count of steps that must come out whole."""
+    assert abs(steps - round(steps)) < 1e-9 and round(steps) > 0, "rates must divide the physics rate"
+    return round(steps)

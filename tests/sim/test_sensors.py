@@ -1,0 +1,123 @@
+import math
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from adc_bench.api import EncoderSamples, ImuSamples
+from adc_bench.geometry import Pose2
+from adc_bench.sim import DYNAMICS, DynamicsSpec, ImuSpec, Simulation
+from adc_bench.world.scenario import Scenario
+
+Draw = Callable[[int], Scenario]
+QUIET = ImuSpec(
+    gyro_noise_radps=0.0, gyro_walk_radps_sqrts=0.0, acceleration_noise_mps2=0.0, acceleration_bias_mps2=0.0
+)
+
+
+def drive(
+    scenario: Scenario, start: Pose2, steps: int = 60, imu: ImuSpec | None = None
+) -> tuple[Simulation, EncoderSamples, ImuSamples, NDArray[np.float64]]:
+    dynamics = DynamicsSpec(imu=imu) if imu else DYNAMICS
+    sim = Simulation(scenario, start, dynamics=dynamics)
+    yaws = [sim.state().pose_world_robot.yaw_rad]
+    for k in range(steps):
+        sim.advance(1.0, 0.6 * math.sin(0.1 * k))
+        yaws.append(sim.state().pose_world_robot.yaw_rad)
+    return sim, *sim.read_sensors(), np.array(yaws)
+
+
+def test_samples_stand_on_an_exact_grid_each_delivered_once(nominal: Scenario, start: Pose2) -> None:
+    sim = Simulation(nominal, start)
+    encoders, imu = sim.read_sensors()
+    encoder_times, imu_times = [encoders.time_s], [imu.time_s]
+    counts = []
+    for _ in range(20):
+        sim.advance(0.5, 0.0)
+        encoders, imu = sim.read_sensors()
+        assert encoders.left_ticks.shape == encoders.right_ticks.shape == encoders.time_s.shape
+        assert imu.yaw_rate_radps.shape == imu.acceleration_x_mps2.shape == imu.time_s.shape
+        assert encoders.left_ticks.dtype == np.int64
+        encoder_times.append(encoders.time_s)
+        imu_times.append(imu.time_s)
+        counts.append((encoders.time_s.size, imu.time_s.size))
+    assert np.concatenate(encoder_times).tolist() == [k / 50 for k in range(51)]
+    assert np.concatenate(imu_times).tolist() == [k / 100 for k in range(101)]
+    assert set(counts) == {(2, 5), (3, 5)}
+    encoders, imu = sim.read_sensors()
+    assert encoders.time_s.size == encoders.left_ticks.size == imu.time_s.size == 0
+
+
+@pytest.mark.parametrize("v_mps", [0.5, -0.5])
+def test_ticks_agree_with_the_distance(drawn: Draw, start: Pose2, v_mps: float) -> None:
+    arena = drawn(7)
+    sim = Simulation(arena, start)
+    first = sim.state().pose_world_robot
+    for _ in range(100):
+        sim.advance(v_mps, 0.0)
+    moved = first.inverse() @ sim.state().pose_world_robot
+    encoders, _ = sim.read_sensors()
+    assert encoders.left_ticks[0] == encoders.right_ticks[0] == 0
+    for ticks, radius_m in (
+        (encoders.left_ticks, arena.robot_truth.wheel_radius_left_m),
+        (encoders.right_ticks, arena.robot_truth.wheel_radius_right_m),
+    ):
+        rim_m = ticks[-1] / 500 * 2 * math.pi * radius_m
+        assert rim_m == pytest.approx(math.copysign(math.hypot(moved.x_m, moved.y_m), v_mps), rel=0.003)
+
+
+def test_ticks_tell_the_turn(nominal: Scenario, start: Pose2) -> None:
+    _, encoders, _, yaws = drive(nominal, start)
+    rim_m = 2 * math.pi * 0.0975 / 500
+    turned = (encoders.right_ticks - encoders.left_ticks) * rim_m / 0.33
+    assert np.abs(turned[::5] - (yaws - yaws[0])[::2]).max() < 2 * rim_m / 0.33 + 0.005
+
+
+def test_gyro_adds_up_to_the_yaw(nominal: Scenario, start: Pose2) -> None:
+    _, _, imu, yaws = drive(nominal, start, imu=QUIET)
+    turned = np.cumsum(imu.yaw_rate_radps) / 100
+    assert np.abs(turned[::5] - (yaws - yaws[0])).max() < 1e-4
+
+
+def test_gyro_errors_have_the_stated_size(drawn: Draw, start: Pose2) -> None:
+    arena = drawn(11)
+    _, _, noisy, _ = drive(arena, start, steps=400)
+    _, _, quiet, _ = drive(msgspec.structs.replace(arena), start, steps=400, imu=QUIET)
+    error = noisy.yaw_rate_radps - quiet.yaw_rate_radps
+    assert np.diff(error).std() == pytest.approx(math.sqrt(2) * DYNAMICS.imu.gyro_noise_radps, rel=0.1)
+    assert abs(error.mean()) < 4 * DYNAMICS.imu.gyro_walk_radps_sqrts * math.sqrt(20)
+    at_rest = quiet.yaw_rate_radps[0]
+    assert at_rest == pytest.approx(arena.robot_truth.gyro_bias_radps, abs=1e-6)
+
+
+def test_accelerometer_feels_the_ramp_and_then_nothing(nominal: Scenario, start: Pose2) -> None:
+    sim = Simulation(nominal, start, dynamics=DynamicsSpec(imu=QUIET))
+    for _ in range(40):
+        sim.advance(1.0, 0.0)
+    _, imu = sim.read_sensors()
+    assert imu.acceleration_x_mps2[0] == pytest.approx(0.0, abs=0.01)
+    assert imu.acceleration_x_mps2[5:45].mean() == pytest.approx(2.0, rel=0.03)
+    assert imu.acceleration_x_mps2[80:].mean() == pytest.approx(0.0, abs=0.02)
+
+
+def test_each_error_has_its_own_stream(drawn: Draw, start: Pose2) -> None:
+    arena = drawn(12)
+    _, encoders, imu, yaws = drive(arena, start)
+    louder = msgspec.structs.replace(DYNAMICS.imu, acceleration_noise_mps2=1.0)
+    _, encoders2, imu2, yaws2 = drive(arena, start, imu=louder)
+    assert (imu.acceleration_x_mps2 != imu2.acceleration_x_mps2).all()
+    assert imu.yaw_rate_radps.tobytes() == imu2.yaw_rate_radps.tobytes()
+    assert encoders.left_ticks.tobytes() == encoders2.left_ticks.tobytes()
+    assert yaws.tobytes() == yaws2.tobytes()
+
+
+def test_seeds_give_other_errors(nominal: Scenario, start: Pose2) -> None:
+    _, encoders, imu, yaws = drive(nominal, start)
+    _, encoders2, imu2, yaws2 = drive(msgspec.structs.replace(nominal, seed=99), start)
+    assert yaws.tobytes() == yaws2.tobytes()  # the same robot drives the same path
+    assert (imu.yaw_rate_radps != imu2.yaw_rate_radps).all()
+    assert (imu.acceleration_x_mps2 != imu2.acceleration_x_mps2).all()
+    assert (encoders.left_ticks != encoders2.left_ticks).any()  # another phase
+    assert np.abs(encoders.left_ticks - encoders2.left_ticks).max() <= 1
