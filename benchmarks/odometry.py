@@ -29,7 +29,7 @@ def scenario(seed: int) -> Scenario:
         seed=seed,
         look=draw_look(FAMILY, stream(seed, "look")),
         robot_truth=draw_robot_truth(RobotParams(), stream(seed, "robot")),
-        panel_sign="panel_up",
+        panel_sign="up",
     )
 
 
