@@ -7,8 +7,9 @@ whatever became of it. Results come back in the order of the tasks.
 import multiprocessing
 import os
 import signal
+import threading
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -93,21 +94,15 @@ class _Crew:
         queue = iter(range(len(tasks)))
         busy: dict[Connection, int] = {}
         for connection in self._processes:
-            self._hand_out(connection, queue, tasks, busy)
+            _hand_out(connection, queue, tasks, busy)
         while busy:
             for ready in wait(list(busy)):
                 assert isinstance(ready, Connection)
                 index = busy.pop(ready)
                 results[index] = self._receive(ready)
                 tell(index, results[index])
-                self._hand_out(ready, queue, tasks, busy)
+                _hand_out(ready, queue, tasks, busy)
         return [results[index] for index in range(len(tasks))]
-
-    def _hand_out(self, to: Connection, queue: Any, tasks: Sequence[Any], busy: dict[Connection, int]) -> None:
-        index = next(queue, None)
-        if index is not None:
-            to.send(tasks[index])
-            busy[to] = index
 
     def _receive(self, connection: Connection) -> Any:
         try:
@@ -121,14 +116,29 @@ class _Crew:
         return answer
 
 
+def _hand_out(to: Connection, queue: Iterator[int], tasks: Sequence[Any], busy: dict[Connection, int]) -> None:
+    index = next(queue, None)
+    if index is not None:
+        to.send(tasks[index])
+        busy[to] = index
+
+
 def _work(function: Callable[[Any], Any], connection: Connection) -> None:
-    """Answer tasks until the other end of the pipe is gone."""
+    """Answer tasks until the other end of the pipe, or the parent itself, is gone."""
+    threading.Thread(target=_follow_parent, daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent ends this process
     while True:
         try:
             connection.send(_answer(function, connection.recv()))
         except (EOFError, BrokenPipeError):
             return
+
+
+def _follow_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def _answer(function: Callable[[Any], Any], task: Any) -> Any:

@@ -12,7 +12,7 @@ from adc_bench.dataset.layout import Manifest, Summary, shard_name, write_file
 from adc_bench.dataset.sampling import draw_frame, draw_scenario, scenario_number
 from adc_bench.dataset.shard import encode_shard
 from adc_bench.dataset.split import Split
-from adc_bench.dataset.write import begin, finish, missing_shards
+from adc_bench.dataset.write import begin, finish, missing_shards, sweep
 from adc_bench.engine import run_tasks
 from adc_bench.errors import UsageError
 from adc_bench.render import ArenaRenderer
@@ -62,8 +62,11 @@ def render_split(
         tell(done)
 
     tasks = [ShardTask(root=root, number=number, plan=plan) for number in missing]
-    run_tasks(render_shard, tasks, workers=workers, done=told)
-    return finish(root, plan)
+    try:
+        run_tasks(render_shard, tasks, workers=workers, done=told)
+        return finish(root, plan)
+    finally:
+        sweep(root)
 
 
 def plan_dataset(split: Split, frames: int, size_px: tuple[int, int]) -> Manifest:
@@ -86,7 +89,7 @@ def plan_dataset(split: Split, frames: int, size_px: tuple[int, int]) -> Manifes
         frames=frames,
         split=split,
         split_sha256=split.sha256,
-        software={"adc_bench": __version__, **packages, "renderer": _renderer(rig).device_name},
+        software={"adc_bench": __version__, **packages, "renderer": process_renderer(rig).device_name},
         cameras=rig.cameras,
     )
 
@@ -95,7 +98,7 @@ def render_shard(task: ShardTask) -> int:
     """Render one shard and write it; return how many frames it has."""
     plan = task.plan
     rig = SensorRig(cameras=plan.cameras)
-    renderer = _renderer(rig)
+    renderer = process_renderer(rig)
     frames: list[Frame] = []
     scenarios: list[Scenario] = []
     for index in plan.shard_frames(task.number):
@@ -112,8 +115,8 @@ def render_shard(task: ShardTask) -> int:
 
 
 @lru_cache(maxsize=1)
-def _renderer(rig: SensorRig) -> ArenaRenderer:
-    """The process' renderer: starting one is dear, so it is kept from shard to shard."""
+def process_renderer(rig: SensorRig) -> ArenaRenderer:
+    """Return this process' renderer: starting one is dear, so it is kept from shard to shard."""
     return ArenaRenderer(rig)
 
 

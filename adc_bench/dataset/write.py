@@ -46,6 +46,13 @@ def begin(root: Path, plan: Manifest, *, overwrite: bool = False) -> None:
     write_file(root / MANIFEST, to_toml(plan))
 
 
+def sweep(root: Path) -> None:
+    """Delete what a run that was cut off had half written."""
+    for pattern in ("*.tmp", "annotations/*.tmp", "poses/*.tmp"):
+        for path in root.glob(pattern):
+            path.unlink()
+
+
 def missing_shards(root: Path, plan: Manifest) -> list[int]:
     """Return the numbers of the shards that are still to be made."""
     return [number for number in range(plan.shard_count) if not (root / shard_name(number)).is_file()]
@@ -97,7 +104,7 @@ def _sorted(counts: Counter[str]) -> dict[str, int]:
 
 def _clear(root: Path) -> None:
     """Delete a dataset's own files and nothing else; `dataset.toml` goes last, so that a cut here can be repeated."""
-    for path in [*root.glob("shard-*.h5*"), *root.glob("poses/*.tum*"), *root.glob(f"{COCO}*"), root / CARD]:
+    for path in [*root.glob("shard-*.h5"), *root.glob("poses/*.tum"), root / COCO, root / CARD]:
         path.unlink(missing_ok=True)
     (root / MANIFEST).unlink()
 

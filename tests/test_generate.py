@@ -1,0 +1,148 @@
+import math
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+from adc_bench.dataset import FrameDataset, load_split
+from adc_bench.errors import InputError, UsageError
+from adc_bench.generate import render_split
+from adc_bench.world.frame import Label
+from adc_bench.world.scenario import Scenario
+
+VAL = load_split("val")
+SIZE = (160, 120)
+
+
+def _files(root: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two full shards, made by two workers."""
+    root = tmp_path_factory.mktemp("generate") / "two"
+    render_split(VAL, root, frames=128, size_px=SIZE, workers=2)
+    return root
+
+
+def test_a_frame_is_the_same_for_any_number_of_workers_and_frames(rendered: Path, tmp_path: Path) -> None:
+    render_split(VAL, tmp_path / "one", frames=66, size_px=SIZE, workers=1)
+    assert (tmp_path / "one" / "shard-00000.h5").read_bytes() == (rendered / "shard-00000.h5").read_bytes()
+    few, many = FrameDataset(tmp_path / "one"), FrameDataset(rendered)
+    for i in (64, 65):
+        assert few.jpeg(i) == many.jpeg(i) and few.annotations(i) == many.annotations(i)
+        np.testing.assert_array_equal(few.pose_world_camera(i), many.pose_world_camera(i))
+
+
+BEGIN = """
+import sys
+from pathlib import Path
+from adc_bench.dataset import load_split
+from adc_bench.generate import render_split
+render_split(load_split("val"), Path(sys.argv[1]), frames=128, size_px=(160, 120))
+"""
+
+
+def test_a_killed_run_is_taken_up_and_ends_in_the_same_bytes(rendered: Path, tmp_path: Path) -> None:
+    root = tmp_path / "killed"
+    process = subprocess.Popen([sys.executable, "-c", BEGIN, str(root)])
+    while not (root / "shard-00000.h5").exists():
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert not (root / "shard-00001.h5").exists()
+    (root / "shard-00001.h5.tmp").write_bytes(b"half a shard")
+    first, told = (root / "shard-00000.h5").stat(), []
+    render_split(VAL, root, frames=128, size_px=SIZE, progress=told.append)
+    assert told == [64, 128]
+    assert (root / "shard-00000.h5").stat().st_ino == first.st_ino
+    assert _files(root) == _files(rendered)
+
+
+def test_a_folder_of_another_run_is_refused_and_left_alone(rendered: Path) -> None:
+    before = _files(rendered)
+    for split, frames, size, told in (
+        (load_split("train"), 128, SIZE, "split = val"),
+        (VAL, 128, (320, 240), "cameras = road 160x120, panel 160x120"),
+        (VAL, 64, SIZE, "frames = 128"),
+    ):
+        with pytest.raises(InputError) as caught:
+            render_split(split, rendered, frames=frames, size_px=size)
+        assert told in str(caught.value) and "--overwrite" in str(caught.value)
+    assert _files(rendered) == before
+
+
+def test_a_folder_with_other_files_is_refused_even_to_overwrite(tmp_path: Path) -> None:
+    (tmp_path / "letter.txt").write_text("keep me")
+    for overwrite in (False, True):
+        with pytest.raises(InputError, match="a folder with other files"):
+            render_split(VAL, tmp_path, frames=2, size_px=SIZE, overwrite=overwrite)
+    assert _files(tmp_path) == {"letter.txt": b"keep me"}
+
+
+def test_overwrite_replaces_a_dataset_and_spares_the_rest(tmp_path: Path) -> None:
+    render_split(VAL, tmp_path / "a", frames=66, size_px=SIZE)
+    (tmp_path / "a" / "notes.txt").write_text("mine")
+    render_split(VAL, tmp_path / "a", frames=2, size_px=SIZE, overwrite=True)
+    render_split(VAL, tmp_path / "b", frames=2, size_px=SIZE)
+    assert _files(tmp_path / "a") == {**_files(tmp_path / "b"), "notes.txt": b"mine"}
+
+
+def test_more_frames_than_seeds_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="1 to 1600000 frames"):
+        render_split(VAL, tmp_path / "a", frames=1_600_001)
+    assert not (tmp_path / "a").exists()
+
+
+def test_crosswalk_boxes_lie_where_the_stored_pose_projects_the_crosswalk(rendered: Path) -> None:
+    """The whole chain against a pinhole of our own: sampling, rendering, labels, files."""
+    dataset = FrameDataset(rendered)
+    checked = 0
+    for i in dataset.image_ids:
+        for label in dataset.annotations(i):
+            if label.category_id == 1 and label.visible_fraction > 0.97 and label.truncation < 1e-6:
+                x, y = _project_crosswalk(dataset.scenario(i), dataset.camera(i), dataset.pose_world_camera(i))
+                np.testing.assert_allclose(label.amodal_box_px, (x.min(), y.min(), x.max(), y.max()), atol=0.01)
+                np.testing.assert_allclose(label.box_px, _box_of_pixels(x, y), atol=1.0)
+                checked += 1
+    assert checked >= 10
+
+
+def _project_crosswalk(scenario: Scenario, camera: str, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    corners = np.column_stack([scenario.course.crosswalk_corners, np.zeros(4), np.ones(4)])
+    right, down, forward, _ = np.linalg.inv(pose) @ corners.T
+    focal_px = SIZE[0] / 2 / math.tan(scenario.rig.camera(camera).hfov_rad / 2)
+    return focal_px * right / forward + SIZE[0] / 2, focal_px * down / forward + SIZE[1] / 2
+
+
+def _box_of_pixels(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
+    """Return the box of the pixels whose centres the polygon holds; sharp corners hold none."""
+    columns, rows = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
+    inside = shapely.contains_xy(shapely.Polygon(np.column_stack([x, y])), columns + 0.5, rows + 0.5)
+    return columns[inside].min(), rows[inside].min(), columns[inside].max() + 1, rows[inside].max() + 1
+
+
+def test_panels_show_the_sign_of_their_category(rendered: Path) -> None:
+    """The sign's colour in the picture agrees with its label: arrows are green, the stop cross is red."""
+    dataset = FrameDataset(rendered)
+    names = ("crosswalk", "up", "left", "right", "stop", "park", "end")
+    checked = 0
+    for i in dataset.image_ids:
+        for label in dataset.annotations(i):
+            if names[label.category_id - 1] in ("up", "left", "right", "stop") and _is_plain(label):
+                x0, y0, x1, y1 = (int(value) for value in label.box_px)
+                red, green, _ = dataset.picture(i)[y0:y1, x0:x1].reshape(-1, 3).astype(float).mean(axis=0)
+                assert (red > green) == (names[label.category_id - 1] == "stop")
+                checked += 1
+    assert checked >= 5
+
+
+def _is_plain(label: Label) -> bool:
+    return label.visible_px > 300 and label.visible_fraction > 0.9 and not label.ignore
