@@ -32,7 +32,8 @@ def begin(root: Path, plan: Manifest, *, overwrite: bool = False) -> None:
     """Make the folder ready for the plan's shards; shards that an earlier run of the same plan finished stay.
 
     Raises:
-        InputError: the folder holds another run (unless `overwrite`, which deletes it) or something else.
+        InputError: the folder holds another run (unless `overwrite`, which deletes it) or something else, or it
+            cannot be written.
     """
     if root.exists() and not root.is_dir():
         raise _occupied(root, "a file", "an empty or new folder")
@@ -43,7 +44,12 @@ def begin(root: Path, plan: Manifest, *, overwrite: bool = False) -> None:
         return
     elif root.is_dir() and any(root.iterdir()):
         raise _occupied(root, "a folder with other files", "an empty or new folder")
-    write_file(root / MANIFEST, to_toml(plan))
+    try:
+        write_file(root / MANIFEST, to_toml(plan))
+    except OSError as error:
+        raise InputError(
+            where=str(root), found=f"{error.strerror}", wanted="a folder to write to", todo="choose another folder"
+        ) from None
 
 
 def sweep(root: Path) -> None:
