@@ -1,0 +1,87 @@
+"""`adc-bench evaluate submission` and `adc-bench rescore`: a driver's score on a suite."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from adc_bench.cli.render import progress_bar
+from adc_bench.errors import UsageError
+
+if TYPE_CHECKING:
+    from adc_bench.evaluate.results import Result
+
+SHOWN = ("driving_score", "points", "completion", "lap_time_s", "position_rmse_m", "dead_reckoning_rmse_m")
+AsJson = Annotated[bool, typer.Option("--json", help="Print result.json.")]
+
+
+def submission(
+    submission: Annotated[str, typer.Argument(help="A folder with submission.toml, or a built-in driver's name.")],
+    suite: Annotated[str, typer.Option(help="A suite's name (splits/suites/NAME.toml) or the path of its file.")],
+    out: Annotated[Path, typer.Option(help="The result folder; run again on it to resume.")],
+    episodes: Annotated[int | None, typer.Option(min=1, help="Only the suite's first K runs.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a result of another run.")] = False,
+    options: Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE handed to the driver.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Drive a submission on a suite and score it; what the result folder already holds is kept."""
+    chosen = parse_options(options or [])
+    from adc_bench.evaluate.run import evaluate_submission
+    from adc_bench.evaluate.submission import load_submission
+    from adc_bench.evaluate.suite import load_suite
+
+    loaded_suite = load_suite(suite)
+    loaded = load_submission(submission, chosen)
+    with progress_bar("driving", min(episodes or len(loaded_suite.seeds), len(loaded_suite.seeds))) as tell:
+        result = evaluate_submission(loaded, loaded_suite, out, episodes=episodes, overwrite=overwrite, tell=tell)
+    _print_result(result, out, as_json)
+
+
+def rescore(
+    out: Annotated[Path, typer.Argument(metavar="DIR", help="The result folder of an `evaluate submission`.")],
+    as_json: AsJson = False,
+) -> None:
+    """Score a result folder again from its logs, without simulating."""
+    from adc_bench.evaluate.run import rescore as score_again
+
+    _print_result(score_again(out), out, as_json)
+
+
+def parse_options(texts: list[str]) -> dict[str, str]:
+    """Return the options of texts like KEY=VALUE.
+
+    Raises:
+        UsageError: a text has no KEY or no =, or a key comes twice.
+    """
+    options: dict[str, str] = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not key or not equals or key in options:
+            raise UsageError(
+                where="--set",
+                found=f"{key!r} twice" if key in options else repr(text),
+                wanted="KEY=VALUE, each key once",
+                todo="say, for instance, --set weights=FILE",
+            )
+        options[key] = value
+    return options
+
+
+def _print_result(result: "Result", out: Path, as_json: bool) -> None:
+    if as_json:
+        from adc_bench.evaluate.results import to_json
+
+        typer.echo(to_json(result).decode(), nl=False)
+        return
+    typer.echo(f"{out}: {result.submission.name} on {result.suite}, {result.completed} of {result.planned} runs")
+    for run in result.episodes:
+        laps = ", ".join(f"{lap_s:.2f} s" for lap_s in run.laps_s) or "no lap"
+        place = f"{run.localization.position_rmse_m:.3f} m" if run.localization else "no estimate"
+        typer.echo(
+            f"  {run.scenario}: {run.status} ({run.reason}), {laps}, completion {run.completion:.3f}, "
+            f"position RMSE {place}, {run.driving.line_touches} line touches, {len(run.collisions)} collisions"
+        )
+    for name in SHOWN:
+        if figure := result.summary.get(name):
+            low, high = figure.ci95
+            typer.echo(f"  {name + ':':<24}{figure.mean:.3f} [{low:.3f}, {high:.3f}] {figure.unit}")

@@ -1,0 +1,56 @@
+"""The ways a run can end."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Literal
+
+import msgspec
+
+Status = Literal["success", "timeout", "agent-failed", "invalid", "simulator-error", "host-error", "aborted"]
+
+
+class Reason(StrEnum):
+    """Every way a run can end."""
+
+    FINISHED = "finished"
+    OFF_ROAD = "off-road"
+    TIME_LIMIT = "time-limit"
+    BLOCKED = "blocked"
+    START_RAISED = "start-raised"
+    START_TIMEOUT = "start-timeout"
+    STEP_RAISED = "step-raised"
+    STEP_TIMEOUT = "step-timeout"
+    DIED = "died"
+    NOT_A_COMMAND = "not-a-command"
+    NOT_FINITE = "not-finite"
+    PHYSICS = "physics"
+
+
+# `success` says that the run came to an end that belongs to driving, leaving the road included; how far it got is
+# the completion's to say. `agent-failed` and `invalid` are faults of the submission as a program.
+STATUS_OF: Mapping[Reason, Status] = {
+    Reason.FINISHED: "success",
+    Reason.OFF_ROAD: "success",
+    Reason.TIME_LIMIT: "timeout",
+    Reason.BLOCKED: "timeout",
+    Reason.START_RAISED: "agent-failed",
+    Reason.START_TIMEOUT: "agent-failed",
+    Reason.STEP_RAISED: "agent-failed",
+    Reason.STEP_TIMEOUT: "agent-failed",
+    Reason.DIED: "agent-failed",
+    Reason.NOT_A_COMMAND: "invalid",
+    Reason.NOT_FINITE: "invalid",
+    Reason.PHYSICS: "simulator-error",
+}
+
+
+class Ending(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a run ended; `detail` holds the last lines of a traceback where there is one."""
+
+    reason: Reason
+    detail: str = ""
+
+    @property
+    def status(self) -> Status:
+        """The status that goes with the reason."""
+        return STATUS_OF[self.reason]

@@ -1,0 +1,153 @@
+"""One run: the loop that owns time, with the simulator and the submission's process side by side."""
+
+import math
+import time
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from adc_bench.api import Mission
+from adc_bench.evaluate.course_progress import Moment
+from adc_bench.evaluate.ending import Ending, Reason
+from adc_bench.evaluate.isolation import AgentFailure, AgentProcess
+from adc_bench.evaluate.log import Drive, Encoders, Header, Hit, Row
+from adc_bench.evaluate.referee import Referee
+from adc_bench.evaluate.rules import Rules
+from adc_bench.evaluate.wire import Load, Sense, sense
+from adc_bench.render import ArenaRenderer
+from adc_bench.sim import Simulation
+from adc_bench.world.scenario import Scenario
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """All that fixes one run."""
+
+    header: Header
+    scenario: Scenario
+    mission: Mission
+    load: Load
+    rules: Rules
+
+
+@dataclass(frozen=True, kw_only=True)
+class Driven:
+    """What a run left behind: its rows and ending, the loop's wall time, the agent's own times by step."""
+
+    rows: tuple[Row, ...]
+    ending: Ending
+    wall_s: float
+    compute_s: tuple[float, ...]
+
+
+def drive(plan: Plan, renderer: ArenaRenderer, child_log: Path) -> Driven:
+    """Drive one run; `child_log` receives what the submission prints.
+
+    Raises:
+        InputError: the submission cannot be loaded.
+    """
+    with AgentProcess(plan.load, child_log, plan.rules) as agent:
+        renderer.load(plan.scenario)
+        run = _Run(plan, renderer, agent)
+        agent.wait_loaded()
+        begun = time.perf_counter()
+        ending = run.to_its_end()
+        wall_s = time.perf_counter() - begun
+    return Driven(rows=tuple(run.rows), ending=ending, wall_s=wall_s, compute_s=tuple(run.compute_s))
+
+
+class _Run:
+    """Observation k goes to the agent; while it thinks, the robot drives step k under an earlier command and
+    observation k + 1 is rendered. So a command acts one control step after its observation, or more by the latency
+    that the submission declares.
+    """
+
+    def __init__(self, plan: Plan, renderer: ArenaRenderer, agent: AgentProcess) -> None:
+        self._plan, self._renderer, self._agent = plan, renderer, agent
+        period_s = plan.rules.control_period_s
+        self._simulation = Simulation(plan.scenario, plan.header.start_pose, period_s, dynamics=plan.rules.dynamics)
+        self._referee = Referee(course=plan.scenario.course, rules=plan.rules, header=plan.header)
+        late_steps = 1 + math.ceil(plan.mission.latency_s / period_s - 1e-9)
+        self._commands = deque([(0.0, 0.0)] * late_steps)
+        self.rows: list[Row] = []
+        self.compute_s: list[float] = []
+
+    def to_its_end(self) -> Ending:
+        row, sensed = self._observe()
+        try:
+            self._agent.start(self._plan.mission)
+            watch = self._referee.begin(row.truth)
+            while (reason := self._referee.end(watch)) is None:
+                self._agent.ask(sensed)
+                self._simulation.advance(*self._commands.popleft())
+                if not self._is_sound():
+                    reason = Reason.PHYSICS
+                    break
+                next_row, next_sensed = self._observe()
+                self.rows.append(msgspec.structs.replace(row, answer=self._answer()))
+                row, sensed = next_row, next_sensed
+                watch = self._referee.step(watch, Moment(time_s=row.time_s, pose=row.truth))
+            ending = Ending(reason=reason)
+        except AgentFailure as failure:
+            ending = failure.ending
+        self.rows.append(row)
+        return ending
+
+    def _observe(self) -> tuple[Row, Sense]:
+        """Return the truth and the sensors now: the row without its answer, and the message for the agent."""
+        simulation, header = self._simulation, self._plan.header
+        step, time_s, state = simulation.step_index, simulation.time_s, simulation.state()
+        if step == header.start_step:
+            self._renderer.set_panel("up")
+        encoders, imu = simulation.read_sensors()
+        row = Row(
+            step=step,
+            time_s=time_s,
+            truth=state.pose_world_robot,
+            v_mps=state.v_mps,
+            omega_radps=state.omega_radps,
+            panel="stop" if step < header.start_step else "up",
+            encoders=Encoders(
+                time_s=tuple(encoders.time_s.tolist()),
+                left_ticks=tuple(encoders.left_ticks.tolist()),
+                right_ticks=tuple(encoders.right_ticks.tolist()),
+            ),
+            hits=tuple(
+                Hit(time_s=hit.time_s, with_name=hit.with_name, impulse_ns=hit.impulse_ns)
+                for hit in simulation.take_contacts()
+            ),
+            answer=None,
+        )
+        return row, sense(step, time_s, self._pictures(step, time_s), encoders, imu)
+
+    def _pictures(self, step: int, time_s: float) -> dict[str, tuple[float, bytes]]:
+        pose = self._simulation.pose3_world_robot()
+        return {
+            mount.name: (time_s, self._renderer.picture(mount.name, pose))
+            for mount in self._plan.scenario.rig.cameras
+            if step % mount.period_steps == 0
+        }
+
+    def _answer(self) -> Drive:
+        """Take the agent's answer to the observation before, queue its command, and return it for the log."""
+        answer = self._agent.answer()
+        self.compute_s.append(answer.compute_s)
+        command = answer.command
+        estimate = command.pose_world_robot
+        figures = (command.v_mps, command.omega_radps, *msgspec.structs.astuple(estimate), *(command.covariance or ()))
+        if not all(math.isfinite(figure) for figure in figures):
+            raise AgentFailure(Ending(reason=Reason.NOT_FINITE, detail=f"{command}"))
+        self._commands.append((command.v_mps, command.omega_radps))
+        return Drive(
+            v_mps=command.v_mps,
+            omega_radps=command.omega_radps,
+            estimate=estimate,
+            covariance=command.covariance,
+        )
+
+    def _is_sound(self) -> bool:
+        state = self._simulation.state()
+        figures = (*msgspec.structs.astuple(state.pose_world_robot), state.v_mps, state.omega_radps)
+        return all(math.isfinite(figure) for figure in figures)

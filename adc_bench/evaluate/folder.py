@@ -1,0 +1,112 @@
+"""A result folder: result.json, timing.json, paths.png, episodes/<scenario>.jsonl, logs/<scenario>.log."""
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+
+from adc_bench.errors import InputError
+from adc_bench.evaluate.ending import Ending
+from adc_bench.evaluate.log import EpisodeLog, Header, RunId, read_log
+from adc_bench.evaluate.results import EpisodeTiming, Result, Timing
+
+FILES = ("result.json", "timing.json", "paths.png")
+FOLDERS = ("episodes", "logs")
+
+
+class ResultFolder:
+    """The files of one submission on one suite."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.result_path, self.timing_path, self.paths_path = (root / name for name in FILES)
+
+    def episode_path(self, scenario: str) -> Path:
+        """Return where a run's log is."""
+        return self.root / "episodes" / f"{scenario}.jsonl"
+
+    def child_log_path(self, scenario: str) -> Path:
+        """Return where a run's submission prints to."""
+        return self.root / "logs" / f"{scenario}.log"
+
+    def open(self, run: RunId, *, overwrite: bool) -> None:
+        """Make the folder ready for a run; with `overwrite`, without what another left there.
+
+        Raises:
+            InputError: it holds something else than a result, or, without `overwrite`, another run's.
+        """
+        names = {path.name.removesuffix(".tmp") for path in self.root.glob("*")}
+        foreign = sorted(names - {*FILES, *FOLDERS})
+        if foreign:
+            raise self._occupied(f"a folder with {', '.join(foreign[:3])}", "choose another folder")
+        if overwrite:
+            self._clear()
+        for path in self.episode_paths():
+            header = first_line(path)
+            if header is not None and header.run != run:
+                differing = [key for key in RunId.__struct_fields__ if getattr(header.run, key) != getattr(run, key)]
+                found = f"the runs of another {' and '.join(differing)}"
+                raise self._occupied(found, "choose another folder, or replace it with --overwrite")
+        for name in FOLDERS:
+            (self.root / name).mkdir(parents=True, exist_ok=True)
+
+    def _clear(self) -> None:
+        for name in FILES:
+            (self.root / name).unlink(missing_ok=True)
+        for name in FOLDERS:
+            shutil.rmtree(self.root / name, ignore_errors=True)
+
+    def _occupied(self, found: str, todo: str) -> InputError:
+        return InputError(
+            where=str(self.root), found=found, wanted="an empty folder, or one of the same run", todo=todo
+        )
+
+    def episode_paths(self) -> list[Path]:
+        """Return the logs that are there, in order of name."""
+        return sorted((self.root / "episodes").glob("*.jsonl"))
+
+    def has(self, header: Header) -> bool:
+        """Return whether this very run is there, to its ending; a damaged log counts as missing."""
+        path = self.episode_path(header.scenario)
+        return path.is_file() and first_line(path) == header and _is_whole(path)
+
+    def logs(self, scenarios: Sequence[str]) -> list[EpisodeLog]:
+        """Return the logs of those scenarios that are there.
+
+        Raises:
+            InputError: one of them is damaged.
+        """
+        paths = [self.episode_path(scenario) for scenario in scenarios]
+        return [read_log(path) for path in paths if path.is_file()]
+
+    def planned(self) -> int | None:
+        """Return how many runs the result that is there was planned with; None if there is none."""
+        try:
+            return msgspec.json.decode(self.result_path.read_bytes(), type=Result).planned
+        except (OSError, msgspec.DecodeError):
+            return None
+
+    def timings(self) -> dict[str, EpisodeTiming]:
+        """Return the timings that are there, by scenario."""
+        try:
+            return msgspec.json.decode(self.timing_path.read_bytes(), type=Timing).episodes
+        except (OSError, msgspec.DecodeError):
+            return {}
+
+
+def first_line(path: Path) -> Header | None:
+    """Return a log's header, or None if its first line is none."""
+    with path.open("rb") as file:
+        try:
+            return msgspec.json.decode(file.readline(), type=Header)
+        except msgspec.DecodeError:
+            return None
+
+
+def _is_whole(path: Path) -> bool:
+    try:
+        msgspec.json.decode(path.read_bytes().splitlines()[-1], type=Ending)
+    except msgspec.DecodeError:
+        return False
+    return True

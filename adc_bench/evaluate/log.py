@@ -1,0 +1,124 @@
+"""The log of a run: one JSON line a control step between a header and an ending. Every score is computed from it.
+
+Floats are written in their shortest exact form, so that a score from the log equals the score of the drive.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from adc_bench.dataset.layout import write_file
+from adc_bench.errors import InputError
+from adc_bench.evaluate.ending import Ending
+from adc_bench.evaluate.submission import SubmissionId
+from adc_bench.evaluate.suite import RulesId, Suite
+from adc_bench.geometry import Pose2
+from adc_bench.world.categories import PanelSign
+from adc_bench.world.look import Look
+
+Covariance = tuple[float, float, float, float, float, float, float, float, float]
+
+
+class RunId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the runs of one result folder share."""
+
+    schema: Literal["adc-bench-episode-1"] = "adc-bench-episode-1"
+    suite: Suite
+    rules: RulesId
+    submission: SubmissionId
+    software: dict[str, str]
+
+
+class Header(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The first line: which run this is, with the truths that the score needs."""
+
+    run: RunId
+    scenario: str
+    seed: int
+    look: Look
+    start_pose: Pose2
+    start_step: int  # the panels show stop before it, the arrow from it on
+    wheel_separation_m: float  # the true one
+
+
+class Encoders(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The encoder samples of one observation."""
+
+    time_s: tuple[float, ...]
+    left_ticks: tuple[int, ...]
+    right_ticks: tuple[int, ...]
+
+
+class Hit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A contact of the robot with something that is not the floor."""
+
+    time_s: float
+    with_name: str = msgspec.field(name="with")
+    impulse_ns: float
+
+
+class Drive(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A submission's answer: what it orders, and where it believes it is at the row's time."""
+
+    v_mps: float
+    omega_radps: float
+    estimate: Pose2
+    covariance: Covariance | None = None
+
+
+class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The truth at one observation, what the sensors said since the one before, and the answer (none at the end)."""
+
+    step: int
+    time_s: float
+    truth: Pose2
+    v_mps: float
+    omega_radps: float
+    panel: PanelSign
+    encoders: Encoders
+    hits: tuple[Hit, ...]
+    answer: Drive | None
+
+
+class EpisodeLog(msgspec.Struct, frozen=True, kw_only=True):
+    """A whole run."""
+
+    header: Header
+    rows: tuple[Row, ...]
+    ending: Ending
+
+
+def write_log(path: Path, header: Header, rows: Sequence[Row], ending: Ending) -> None:
+    """Write a finished run; nothing is there before it is complete."""
+    lines = [msgspec.json.encode(line) for line in (header, *rows, ending)]
+    write_file(path, b"\n".join(lines) + b"\n")
+
+
+def read_log(path: Path) -> EpisodeLog:
+    """Return the run in a file.
+
+    Raises:
+        InputError: a line is not what it should be, or the file ends before its ending.
+    """
+    lines = path.read_bytes().splitlines()
+    if len(lines) < 2:
+        raise _broken(path, "fewer than two lines")
+    kinds = [Header, *[Row] * (len(lines) - 2), Ending]
+    decoded = []
+    for number, (line, kind) in enumerate(zip(lines, kinds, strict=True), start=1):
+        try:
+            decoded.append(msgspec.json.decode(line, type=kind))
+        except msgspec.DecodeError as error:
+            raise _broken(path, f"line {number} of {len(lines)}: {error}") from None
+    return EpisodeLog(header=decoded[0], rows=tuple(decoded[1:-1]), ending=decoded[-1])
+
+
+def _broken(path: Path, found: str) -> InputError:
+    return InputError(
+        where=str(path),
+        found=f"a damaged episode log: {found}",
+        wanted="a header, one row a control step and an ending, as JSON lines",
+        todo="delete the file and run `adc-bench evaluate submission` on the folder again: it drives what is missing",
+    )

@@ -1,0 +1,180 @@
+"""What a result folder says: result.json from the logs alone, timing.json with all that varies from run to run."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+
+from adc_bench.evaluate.ending import Status
+from adc_bench.evaluate.isolation import ISOLATION
+from adc_bench.evaluate.log import EpisodeLog
+from adc_bench.evaluate.rules import RULES, Rules
+from adc_bench.evaluate.score import Episode, score
+from adc_bench.evaluate.statistics import Statistic, summarise
+from adc_bench.evaluate.submission import SubmissionId
+from adc_bench.evaluate.suite import RulesId
+
+
+class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`result.json`. `status` is success when all planned runs are there; `eligible` for the leaderboard are
+    whole ranked suites driven as shipped: no options, no run lost to the simulator.
+    """
+
+    schema: Literal["adc-bench-result-1"] = "adc-bench-result-1"
+    suite: str
+    rules: RulesId
+    submission: SubmissionId
+    software: dict[str, str]
+    status: Status
+    eligible: bool
+    planned: int
+    completed: int
+    episodes: tuple[Episode, ...]
+    summary: dict[str, Statistic]
+
+
+class EpisodeTiming(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Wall times of one run; the agent's are those of its `step` calls."""
+
+    wall_s: float
+    sim_time_s: float
+    wall_per_sim: float
+    agent_p50_s: float | None
+    agent_p95_s: float | None
+    agent_max_s: float | None
+
+
+class Latency(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Whether the agent computes as fast as it says: the slowest run's 95th percentile against one control step plus
+    the declared latency, after which its command acts.
+    """
+
+    declared_s: float
+    allowed_s: float
+    measured_p95_s: float | None
+    verdict: Literal["within", "exceeded", "not measured"]
+
+
+class Timing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`timing.json`."""
+
+    schema: Literal["adc-bench-timing-1"] = "adc-bench-timing-1"
+    isolation: str = ISOLATION
+    latency: Latency
+    episodes: dict[str, EpisodeTiming]
+
+
+class Metric(msgspec.Struct, frozen=True, kw_only=True):
+    """A figure of the summary: its unit and the values that a run contributes."""
+
+    unit: str
+    higher_is_better: bool
+    values: Callable[[Episode], Iterable[float | None]]
+
+
+def _from_localization(name: str) -> Callable[[Episode], Iterable[float | None]]:
+    return lambda episode: (getattr(episode.localization, name),) if episode.localization else ()
+
+
+def _from_driving(name: str) -> Callable[[Episode], Iterable[float | None]]:
+    return lambda episode: (getattr(episode.driving, name),)
+
+
+def _metric(unit: str, higher_is_better: bool, values: Callable[[Episode], Iterable[float | None]]) -> Metric:
+    return Metric(unit=unit, higher_is_better=higher_is_better, values=values)
+
+
+METRICS: Mapping[str, Metric] = {
+    "driving_score": _metric("", True, lambda e: (e.driving_score,)),
+    "points": _metric("", True, lambda e: (e.points,)),
+    "completion": _metric("", True, lambda e: (e.completion,)),
+    "run_time_s": _metric("s", False, lambda e: (e.run_time_s,)),
+    "lap_time_s": _metric("s", False, lambda e: e.laps_s),
+    "distance_m": _metric("m", True, lambda e: (e.distance_m,)),
+    "collisions": _metric("", False, lambda e: (float(len(e.collisions)),)),
+    **{
+        name: _metric("rad" if name.endswith("_rad") else "m", False, _from_localization(name))
+        for name in (
+            "position_rmse_m",
+            "position_p95_m",
+            "position_max_m",
+            "heading_rmse_rad",
+            "dead_reckoning_rmse_m",
+            "dead_reckoning_max_m",
+        )
+    },
+    "nees_mean": _metric("", False, _from_localization("nees_mean")),
+    "coverage": _metric("", True, _from_localization("coverage")),
+    "cross_track_rmse_m": _metric("m", False, _from_driving("cross_track_rmse_m")),
+    "cross_track_max_m": _metric("m", False, _from_driving("cross_track_max_m")),
+    "line_touches": _metric("", False, _from_driving("line_touches")),
+    "off_track_s": _metric("s", False, _from_driving("off_track_s")),
+    "signs_obeyed": _metric("", True, _from_driving("signs_obeyed")),
+}
+
+
+def result_of(logs: Sequence[EpisodeLog], planned: int, rules: Rules = RULES) -> Result:
+    """Return the result of the runs of one folder, at least one, all with the same run identity."""
+    run = logs[0].header.run
+    episodes = tuple(score(log, rules) for log in logs)
+    complete = len(episodes) == planned
+    lost = any(episode.status in ("simulator-error", "host-error") for episode in episodes)
+    whole = complete and planned == len(run.suite.seeds)
+    return Result(
+        suite=run.suite.name,
+        rules=run.rules,
+        submission=run.submission,
+        software=run.software,
+        status="success" if complete else "aborted",
+        eligible=run.suite.ranked and whole and not lost and not run.submission.options,
+        planned=planned,
+        completed=len(episodes),
+        episodes=episodes,
+        summary=summary_of(episodes),
+    )
+
+
+def summary_of(episodes: Sequence[Episode]) -> dict[str, Statistic]:
+    """Return each metric's statistic over the runs that have it."""
+    summary = {}
+    for name, metric in METRICS.items():
+        values = [float(value) for episode in episodes for value in metric.values(episode) if value is not None]
+        if values:
+            summary[name] = summarise(name, values, unit=metric.unit, higher_is_better=metric.higher_is_better)
+    return summary
+
+
+def episode_timing(wall_s: float, sim_time_s: float, compute_s: Sequence[float]) -> EpisodeTiming:
+    """Return the timing of a run from its wall time, its simulated time and the agent's times."""
+    p50, p95, longest = np.quantile(compute_s, (0.5, 0.95, 1.0)).tolist() if compute_s else (None, None, None)
+    return EpisodeTiming(
+        wall_s=wall_s,
+        sim_time_s=sim_time_s,
+        wall_per_sim=wall_s / max(sim_time_s, 1e-9),
+        agent_p50_s=p50,
+        agent_p95_s=p95,
+        agent_max_s=longest,
+    )
+
+
+def timing_of(episodes: Mapping[str, EpisodeTiming], declared_s: float, control_period_s: float) -> Timing:
+    """Return the timing of a folder with its verdict on the agent's latency."""
+    measured = [timing.agent_p95_s for timing in episodes.values() if timing.agent_p95_s is not None]
+    slowest_s = max(measured, default=None)
+    allowed_s = control_period_s + declared_s
+    kept: Literal["within", "exceeded"] = "within" if slowest_s is None or slowest_s <= allowed_s else "exceeded"
+    return Timing(
+        latency=Latency(
+            declared_s=declared_s,
+            allowed_s=allowed_s,
+            measured_p95_s=slowest_s,
+            verdict="not measured" if slowest_s is None else kept,
+        ),
+        episodes=dict(episodes),
+    )
+
+
+def to_json(record: Any) -> bytes:
+    """Return the record as indented JSON with sorted keys."""
+    return msgspec.json.format(msgspec.json.encode(record, order="sorted"), indent=2) + b"\n"
