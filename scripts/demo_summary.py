@@ -13,7 +13,7 @@ def main() -> None:
     _section("made", [*(_dataset(demo / name) for name in ("train", "val")), *_files(demo)])
     _section("driven", [f"{key}: {text}" for key, text in _drive(result, episode).items()])
     _section("time", [f"{seconds // 60} min {seconds % 60} s"])
-    if result["status"] != "success":
+    if episode["status"] != "success":
         sys.exit(f"error: the drive ended with {episode['status']}: {episode['reason']}")
 
 
@@ -32,13 +32,13 @@ def _files(demo: Path) -> list[str]:
 
 
 def _drive(result: dict[str, Any], episode: dict[str, Any]) -> dict[str, str]:
-    place, driving = episode["localization"], episode["driving"]
+    place = episode["localization"]
     return {
-        "submission": f"{result['submission']['name']}, suite {result['suite']}, {episode['status']}",
-        "score": f"{episode['driving_score']:.3f}",
-        "laps": ", ".join(f"{lap_s:.1f} s" for lap_s in episode["laps_s"]),
-        "position RMSE": f"{place['position_rmse_m']:.3f} m",
-        "line touches": str(driving["line_touches"]),
+        "submission": f"{result['submission']['name']} on {result['suite']}: {episode['status']}",
+        "score": f"{episode['driving_score']:.1f} of 100",
+        "laps": ", ".join(f"{lap_s:.1f} s" for lap_s in episode["laps_s"]) or "none",
+        "position RMSE": f"{place['position_rmse_m']:.3f} m" if place else "no estimate",
+        "line touches": str(episode["driving"]["line_touches"]),
         "collisions": str(len(episode["collisions"])),
     }
 
