@@ -1,0 +1,61 @@
+"""The scripts: shell that parses everywhere, and the demo's summary."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+
+
+@pytest.mark.parametrize("script", sorted(SCRIPTS.glob("*.sh")), ids=lambda path: path.name)
+def test_every_script_is_plain_shell(script: Path) -> None:
+    assert script.read_text(encoding="utf-8").startswith("#!/bin/sh\n")
+    subprocess.run(["sh", "-n", str(script)], check=True)
+
+
+def demo_folder(root: Path, status: str) -> Path:
+    coco = {"images": [{}, {}], "annotations": [{}]}
+    episode = {
+        "status": status,
+        "reason": "laps-driven",
+        "laps_s": [41.25, 40.5],
+        "driving_score": 95.0,
+        "localization": {"position_rmse_m": 0.0561},
+        "driving": {"line_touches": 1},
+        "collisions": [],
+    }
+    result = {"suite": "d1", "submission": {"name": "thesis"}, "episodes": [episode]}
+    texts = {
+        "train/annotations/instances.json": json.dumps(coco),
+        "val/annotations/instances.json": json.dumps(coco),
+        "detector/weights.safetensors": "x" * 2000,
+        "drive/result.json": json.dumps(result),
+        "leaderboard.json": "{}",
+    }
+    for name, text in texts.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text, encoding="utf-8")
+    return root
+
+
+def summarise(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(SCRIPTS / "demo_summary.py"), folder.name, "432"]
+    return subprocess.run(command, cwd=folder.parent, capture_output=True, text=True, check=False)
+
+
+def test_the_summary_names_files_score_and_time(tmp_path: Path) -> None:
+    done = summarise(demo_folder(tmp_path / "demo", "success"))
+    assert done.returncode == 0, done.stderr
+    assert "  demo/train/: 2 pictures, 1 boxes\n" in done.stdout
+    assert "  demo/detector/weights.safetensors: 2 kB\n" in done.stdout
+    assert "  score: 95.0 of 100\n  laps: 41.2 s, 40.5 s\n  position RMSE: 0.056 m\n" in done.stdout
+    assert "  7 min 12 s\n" in done.stdout
+
+
+def test_a_drive_that_fails_fails_the_demo(tmp_path: Path) -> None:
+    done = summarise(demo_folder(tmp_path / "demo", "timeout"))
+    assert done.returncode == 1
+    assert done.stderr == "error: the drive ended with timeout: laps-driven\n"
