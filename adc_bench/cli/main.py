@@ -1,7 +1,6 @@
 """The command `adc-bench`: its table of commands, and what becomes of an error."""
 
 import errno
-import importlib
 import os
 import sys
 import traceback
@@ -11,13 +10,21 @@ from typing import Annotated, NoReturn
 import typer
 
 from adc_bench import __version__
+from adc_bench.cli.dataset import app as dataset
+from adc_bench.cli.doctor import doctor
+from adc_bench.cli.evaluate_detector import detector as evaluate_detector
+from adc_bench.cli.evaluate_submission import rescore
+from adc_bench.cli.evaluate_submission import submission as evaluate_submission
+from adc_bench.cli.leaderboard import app as leaderboard
+from adc_bench.cli.render import render
+from adc_bench.cli.train_detector import train_detector
 from adc_bench.errors import AdcBenchError, MachineError
 
 app = typer.Typer(
     name="adc-bench",
     help="Datasets and a benchmark for small-scale autonomous driving on the ADC figure-eight course.",
     no_args_is_help=True,
-    rich_markup_mode=None,  # plain help: a third of the time to show it
+    rich_markup_mode=None,  # plain help shows in half the time
     pretty_exceptions_enable=False,
     add_completion=False,
 )
@@ -45,29 +52,15 @@ def options(
     """Take the options that stand before any command; `main` looks for --debug itself."""
 
 
-def _command(group: typer.Typer, room: str, name: str, label: str) -> None:
-    try:
-        module = importlib.import_module(f"adc_bench.cli.{room}")
-    except ModuleNotFoundError as error:
-        if error.name != f"adc_bench.cli.{room}":
-            raise
-        return
-    thing = getattr(module, name)
-    if isinstance(thing, typer.Typer):
-        group.add_typer(thing, name=label)
-    else:
-        group.command(label)(thing)
-
-
-_command(app, "doctor", "doctor", "doctor")
-_command(app, "render", "render", "render")
-_command(app, "dataset", "app", "dataset")
-_command(app, "train_detector", "train_detector", "train-detector")
-_command(evaluate, "evaluate_detector", "detector", "detector")
-_command(evaluate, "evaluate_submission", "submission", "submission")
+app.command()(doctor)
+app.command()(render)
+app.add_typer(dataset, name="dataset")
+app.command("train-detector")(train_detector)
 app.add_typer(evaluate, name="evaluate")
-_command(app, "evaluate_submission", "rescore", "rescore")
-_command(app, "leaderboard", "app", "leaderboard")
+evaluate.command("detector")(evaluate_detector)
+evaluate.command("submission")(evaluate_submission)
+app.command()(rescore)
+app.add_typer(leaderboard, name="leaderboard")
 
 
 def main(words: Sequence[str] | None = None, commands: typer.Typer = app) -> NoReturn:
