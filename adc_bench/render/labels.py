@@ -54,7 +54,7 @@ def _label(mask: NDArray[np.bool_], visible_px: int, target: Target, camera: Cam
         amodal_box_px=amodal,
         visible_px=visible_px,
         visible_fraction=fraction,
-        truncation=1.0 - inside.area / outline.area if outline.area else 0.0,
+        truncation=max(0.0, 1.0 - inside.area / outline.area) if outline.area else 0.0,
         distance_m=float(np.linalg.norm(corners_camera.mean(axis=0))),
         ignore=small or fraction < VISIBLE_FRACTION_MIN,
     )

@@ -16,10 +16,10 @@ _SLACK_PX = 64
 def deliver(rgb: NDArray[np.uint8], noise_sd: float, rng: np.random.Generator) -> bytes:
     """Return the JPEG of a picture (h, w, 3) uint8 with sensor noise of the given standard deviation added."""
     height, width = rgb.shape[:2]
-    tile = _noise_tile(height, width, round(float(np.clip(noise_sd, 0, NOISE_LEVELS - 1))))
+    brighter, darker = _noise_tiles(height, width, round(float(np.clip(noise_sd, 0, NOISE_LEVELS - 1))))
     y, x = rng.integers(0, _SLACK_PX, 2)
-    noisy = cv2.add(rgb, tile[y : y + height, x : x + width], dtype=cv2.CV_8U)
-    return encode_jpeg(np.asarray(noisy, np.uint8))
+    window = np.s_[y : y + height, x : x + width]
+    return encode_jpeg(np.asarray(cv2.subtract(cv2.add(rgb, brighter[window]), darker[window]), np.uint8))
 
 
 def encode_jpeg(rgb: NDArray[np.uint8]) -> bytes:
@@ -30,8 +30,12 @@ def encode_jpeg(rgb: NDArray[np.uint8]) -> bytes:
 
 
 @lru_cache(maxsize=2 * NOISE_LEVELS)
-def _noise_tile(height: int, width: int, sd: int) -> NDArray[np.int8]:
-    """Return a tile of noise, larger than the picture: a frame takes a window of it at a place drawn for the frame."""
+def _noise_tiles(height: int, width: int, sd: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return the positive and the negative part of a tile of noise, larger than the picture.
+
+    A frame takes a window of it at a place drawn for the frame. In two parts, because adding signed to unsigned
+    pixels costs ten times as much.
+    """
     rng = stream(sd, "sensor noise")
-    noise = rng.standard_normal((height + _SLACK_PX, width + _SLACK_PX, 3), dtype=np.float32) * sd
-    return np.clip(np.round(noise), -127, 127).astype(np.int8)
+    noise = np.round(rng.standard_normal((height + _SLACK_PX, width + _SLACK_PX, 3), dtype=np.float32) * sd)
+    return np.clip(noise, 0, 255).astype(np.uint8), np.clip(-noise, 0, 255).astype(np.uint8)

@@ -107,8 +107,8 @@ def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec) -> TwoTone:
     wear = rng.uniform(0.05, 0.35)
     mask = paint_mask(spec)
     tone = _floor_tone(kind, mask.shape, METRES_PER_TEXEL_COURSE, rng)
-    worn = _blotches(mask.shape, 0.15, METRES_PER_TEXEL_COURSE, rng)
-    keep = np.clip(255 * (1 - wear * np.clip(worn, 0, 2)), 60, 255).astype(np.uint8)
+    worn = _blotches(_coarse(mask.shape), 0.15, METRES_PER_TEXEL_COURSE * COARSE, rng)
+    keep = _refined(np.clip(255 * (1 - wear * np.clip(worn, 0, 2)), 60, 255), mask.shape)
     return _two_tone(tone, np.asarray(cv2.multiply(mask, keep, scale=1 / 255), np.uint8))
 
 
@@ -122,16 +122,33 @@ def hall_texture(kind: FloorKind, seed: int, length_m: float, width_m: float) ->
 def _floor_tone(
     kind: FloorKind, shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """Return the tone around 128 = the albedo itself (the shader's colour is doubled to match)."""
+    """Return the tone around 128 = the albedo itself (the shader's colour is doubled to match).
+
+    What varies slowly is drawn on a coarser grid; only the grain is drawn texel by texel, and added in one pass.
+    """
     height, width = shape[:2]
-    grain = rng.integers(0, 256, (height, width), dtype=np.uint8)
-    low = kind.blotch * _blotches(shape, 0.3, metres_per_texel, rng)
-    streaks = cv2.resize(rng.standard_normal((height, max(2, width // 256))).astype(np.float32), (width, height))
-    low += kind.streak * cv2.GaussianBlur(streaks, (1, 9), 2)
-    tone = 128 * (1 + low) + (kind.grain * 128 / 74) * (grain.astype(np.float32) - 127.5)
+    rows, columns = _coarse(shape)
+    slow = kind.blotch * _blotches((rows, columns), 0.3, metres_per_texel * COARSE, rng)
+    streaks = rng.standard_normal((rows, max(2, columns // 64))).astype(np.float32)
+    slow += kind.streak * cv2.resize(cv2.GaussianBlur(streaks, (1, 3), 0.7), (columns, rows))
+    grain = np.frombuffer(rng.bytes(height * width), np.uint8).reshape(height, width)
+    gain = kind.grain * 128 / 74  # 74: the standard deviation of a uniform byte
+    tone = cv2.addWeighted(_refined(128 * (1 + slow), shape), 1.0, grain, gain, -127.5 * gain)
     if kind.speckle:
         tone[grain < 256 * kind.speckle] = 240
-    return np.clip(tone, 8, 255).astype(np.uint8)
+    return np.asarray(tone, np.uint8)
+
+
+COARSE = 4
+
+
+def _coarse(shape: tuple[int, ...]) -> tuple[int, int]:
+    return -(-shape[0] // COARSE), -(-shape[1] // COARSE)
+
+
+def _refined(coarse: NDArray[np.floating], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return bytes on the fine grid."""
+    return np.asarray(cv2.resize(np.clip(coarse, 0, 255).astype(np.uint8), (shape[1], shape[0])), np.uint8)
 
 
 def _blotches(
