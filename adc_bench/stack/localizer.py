@@ -1,0 +1,161 @@
+"""Where the robot is: encoders predict, what the road camera sees corrects."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.api import EncoderSamples, Mission
+from adc_bench.geometry import wrap_rad
+from adc_bench.stack.birds_eye import BirdsEye
+from adc_bench.stack.circle import see_circle
+from adc_bench.stack.crosswalk import CrosswalkFinder
+from adc_bench.stack.ekf import (
+    Belief,
+    Innovation,
+    SeenLine,
+    WheelModel,
+    compare_line,
+    compare_point,
+    correct,
+    nearest,
+    start_belief,
+)
+from adc_bench.stack.lane_lines import LaneLines, find_lane_lines
+from adc_bench.stack.lane_map import LaneMap, Stretch
+from adc_bench.stack.odometry import WheelTrack, advance
+from adc_bench.stack.paint import Paint, find_paint
+from adc_bench.stack.path_following import progress, wrap_to
+from adc_bench.stack.straight import see_straight
+from adc_bench.world.categories import CATEGORY_ID
+from adc_bench.world.course import Course
+from adc_bench.world.frame import Detections
+
+Detect = Callable[[NDArray[np.uint8]], Detections]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalizerParams:
+    """How what is seen is weighed.
+
+    Attributes:
+        repeats: how many pictures running share one error (camera tilt, uneven paint), see `ekf.correct`.
+    """
+
+    repeats: float = 8.0
+    least_score: float = 0.4
+    crosswalk_ahead_m: tuple[float, float] = (0.5, 3.5)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LocalizerState:
+    """The belief with all that carries it from picture to picture; `s_m` grows along the lap and beyond it."""
+
+    belief: Belief
+    s_m: float
+    track: WheelTrack | None = None
+    lines: LaneLines = field(default_factory=LaneLines)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Localizer:
+    """Pure steps from state to state, for one mission."""
+
+    mission: Mission
+    detect: Detect
+    params: LocalizerParams = field(default_factory=LocalizerParams)
+
+    @cached_property
+    def lane_map(self) -> LaneMap:
+        """The map of the mission's course."""
+        return LaneMap(course=Course(spec=self.mission.course))
+
+    @cached_property
+    def birds_eye(self) -> BirdsEye:
+        """The road camera's view of the floor."""
+        return BirdsEye(mount=self.mission.rig.camera("road"))
+
+    @cached_property
+    def _crosswalk(self) -> CrosswalkFinder:
+        return CrosswalkFinder(spec=self.mission.course, birds_eye=self.birds_eye)
+
+    @cached_property
+    def _wheels(self) -> WheelModel:
+        robot = self.mission.robot
+        return WheelModel(radius_m=robot.wheel_radius_m, separation_m=robot.wheel_separation_m)
+
+    def start(self) -> LocalizerState:
+        """Return the state at the mission's start pose."""
+        pose, lap = self.mission.start_pose, self.lane_map.lap
+        s_m, _ = lap.project([(pose.x_m, pose.y_m)])
+        return LocalizerState(belief=start_belief(pose), s_m=wrap_to(float(s_m[0]), lap.length_m))
+
+    def move(self, state: LocalizerState, encoders: EncoderSamples, until_s: float) -> LocalizerState:
+        """Return the state at `until_s` by the encoders."""
+        ticks = self.mission.robot.encoder_ticks_per_turn
+        belief, track = advance(state.belief, state.track, encoders, until_s, self._wheels, ticks)
+        s_m = progress(state.s_m, belief.pose, self.lane_map.lap)
+        return replace(state, belief=belief, track=track, s_m=s_m)
+
+    def look(self, state: LocalizerState, rgb: NDArray[np.uint8]) -> LocalizerState:
+        """Return the state corrected by a road picture (height, width, 3) taken where the state is."""
+        paint = find_paint(self.birds_eye, rgb)
+        lines = find_lane_lines(state.lines, paint, self.lane_map.half_lane_m)
+        belief = state.belief
+        for stretch in self.lane_map.stretches(lines, belief, state.s_m):
+            innovation = self._compare_stretch(belief, stretch)
+            belief = belief if innovation is None else correct(belief, innovation, self.params.repeats)
+        for innovation in self._compare_crosswalk(replace(state, belief=belief), rgb, paint):
+            belief = correct(belief, innovation, self.params.repeats)
+        return replace(state, belief=belief, lines=lines)
+
+    def _compare_stretch(self, belief: Belief, stretch: Stretch) -> Innovation | None:
+        """Return what a stretch of lane says, against the nearest landmark of its kind; None where it says nothing."""
+        if stretch.curvature_pm == 0:
+            seen_line = see_straight(stretch.points_robot, self.birds_eye)
+            if seen_line is None:
+                return None
+            line = SeenLine(normal_rad=float(seen_line.parameters[0]), distance_m=float(seen_line.parameters[1]))
+            straights = self.lane_map.straights()
+            return nearest(compare_line(belief, line, seen_line.covariance, known) for known in straights)
+        circle = see_circle(stretch.by_radius(), stretch.curvature_pm, self.birds_eye)
+        if circle is None:
+            return None
+        centres = self.lane_map.centres(stretch.curvature_pm)
+        return nearest(compare_point(belief, circle.parameters, circle.covariance, centre) for centre in centres)
+
+    def _compare_crosswalk(self, state: LocalizerState, rgb: NDArray[np.uint8], paint: Paint) -> list[Innovation]:
+        """Return what the near corners of the crosswalk say, each against the nearest corner of the map."""
+        road_yaw_rad = self._crosswalk_ahead(state)
+        if road_yaw_rad is None:
+            return []
+        box = self._best_crosswalk(self.detect(rgb))
+        seen = box and self._crosswalk.find(box, wrap_rad(road_yaw_rad - state.belief.pose.yaw_rad), paint)
+        if not seen:
+            return []
+        belief, found = state.belief, []
+        for corner, covariance in zip(seen.corners_robot, seen.covariances, strict=True):
+            candidates = self.lane_map.course.crosswalk_corners
+            innovation = nearest(compare_point(belief, corner, covariance, candidate) for candidate in candidates)
+            if innovation is not None:
+                found.append(innovation)
+        return found
+
+    def _crosswalk_ahead(self, state: LocalizerState) -> float | None:
+        """Return the road's direction at the next crosswalk passage, or None while that is far: no need to look."""
+        lap, spec = self.lane_map.lap, self.mission.course
+        low, high = self.params.crosswalk_ahead_m
+        for s_m in (0.0, float(lap.knots_m[3]) + spec.s_road_centre_x_m):
+            if low < wrap_to(s_m - state.s_m, lap.length_m) < high:
+                return lap.pose(s_m).yaw_rad
+        return None
+
+    def _best_crosswalk(self, detections: Detections) -> tuple[float, float, float, float] | None:
+        wanted = CATEGORY_ID["crosswalk"]
+        for box, score, category in zip(detections.boxes_px, detections.scores, detections.category_ids, strict=True):
+            if int(category) == wanted and score >= self.params.least_score:
+                x0, y0, x1, y1 = (float(v) for v in box)
+                return x0, y0, x1, y1
+        return None

@@ -1,0 +1,69 @@
+"""White paint on the floor, found in the bird's-eye picture whatever the light level."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.stack.birds_eye import BirdsEye, FloorRegion
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaintParams:
+    """What counts as paint: a mark narrower than `widest_m` and brighter than the floor around it."""
+
+    widest_m: float = 0.15
+    smallest_contrast_levels: float = 5.0
+    share_of_brightest: float = 0.45
+    brightest_quantile: float = 0.985
+    noise_factor: float = 6.0
+    border_cells: int = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Paint:
+    """Paint in one floor picture: `mask` (rows, columns) bool, `contrast` (rows, columns) in units of the local
+    floor's brightness, and the marked cells' floor points (n, 2) in the robot frame.
+    """
+
+    region: FloorRegion
+    mask: NDArray[np.bool_]
+    contrast: NDArray[np.float32]
+    points_robot: Array
+
+
+def find_paint(birds_eye: BirdsEye, rgb: NDArray[np.uint8], params: PaintParams | None = None) -> Paint:
+    """Return the paint in a picture (height, width, 3).
+
+    A white top-hat removes everything wider than a mark (light, shadows, carpet tones); dividing by the background
+    leaves a ratio of reflectances, so that one threshold serves the bright and the shaded part of a picture.
+    """
+    p = params or PaintParams()
+    grey = birds_eye.grey(rgb)
+    size = round(p.widest_m / birds_eye.region.cell_m)
+    floor = cv2.morphologyEx(grey, cv2.MORPH_OPEN, np.ones((size, size), dtype=np.uint8))
+    floor = cv2.blur(floor, (size, size))
+    excess = cv2.blur(grey, (3, 3)).astype(np.float32) - floor
+    contrast = np.asarray(excess / (floor.astype(np.float32) + p.smallest_contrast_levels), dtype=np.float32)
+    mask = (contrast > _threshold(contrast, birds_eye.seen, p)) & (excess > p.smallest_contrast_levels)
+    mask &= inner_cells(birds_eye.seen, p.border_cells)
+    rows, columns = np.nonzero(mask)
+    points = birds_eye.region.points(np.stack([columns, rows], axis=1))
+    return Paint(region=birds_eye.region, mask=mask, contrast=contrast, points_robot=points)
+
+
+def inner_cells(seen: NDArray[np.bool_], border_cells: int) -> NDArray[np.bool_]:
+    """Return the seen cells that lie at least `border_cells` from an unseen one."""
+    kernel = np.ones((2 * border_cells + 1, 2 * border_cells + 1), dtype=np.uint8)
+    return cv2.erode(seen.astype(np.uint8), kernel) > 0
+
+
+def _threshold(contrast: NDArray[np.float32], seen: NDArray[np.bool_], p: PaintParams) -> float:
+    """Return a share of the brightest marks' contrast, but never what noise alone reaches."""
+    values = contrast[::2, ::2][seen[::2, ::2]]
+    median, brightest = np.quantile(values, [0.5, p.brightest_quantile])
+    noise = 1.4826 * float(np.median(np.abs(values - median)))
+    return max(p.share_of_brightest * float(brightest), float(median) + p.noise_factor * noise)
