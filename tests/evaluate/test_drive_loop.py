@@ -1,0 +1,171 @@
+"""Runs with the real simulator and renderer, short ones."""
+
+import math
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from made_runs import MakeSubmission
+
+from adc_bench.errors import InputError
+from adc_bench.evaluate.ending import Reason
+from adc_bench.evaluate.episode import Driven, drive
+from adc_bench.evaluate.log import EpisodeLog, RunId
+from adc_bench.evaluate.rules import Rules
+from adc_bench.evaluate.run import evaluate_submission, plan_for, rescore, software
+from adc_bench.evaluate.score import score
+from adc_bench.evaluate.submission import Submission
+from adc_bench.evaluate.suite import Suite, rules_id
+from adc_bench.render import ArenaRenderer
+
+
+def driven(submission: Submission, suite: Suite, renderer: ArenaRenderer, rules: Rules, log: Path) -> Driven:
+    run = RunId(suite=suite, rules=rules_id(suite, rules), submission=submission.id, software=software("none"))
+    return drive(plan_for(run, suite.seeds[0], submission, rules), renderer, log)
+
+
+@pytest.mark.parametrize(
+    ("factory", "reason", "answers"),
+    [
+        ("RaisesAtSeven", Reason.STEP_RAISED, 7),
+        ("NotFiniteAtTwo", Reason.NOT_FINITE, 2),
+        ("HangsAtThree", Reason.STEP_TIMEOUT, 3),
+        ("DiesAtFour", Reason.DIED, 4),
+        ("RaisesInStart", Reason.START_RAISED, 0),
+        ("Still", Reason.TIME_LIMIT, 26),
+    ],
+)
+def test_how_a_run_ends(
+    submission_of: MakeSubmission,
+    short_suite: Suite,
+    renderer: ArenaRenderer,
+    hurried: Rules,
+    tmp_path: Path,
+    factory: str,
+    reason: Reason,
+    answers: int,
+) -> None:
+    run = driven(submission_of(factory), short_suite, renderer, hurried, tmp_path / "log")
+    assert run.ending.reason is reason
+    assert [row.step for row in run.rows] == list(range(answers + 1))
+    assert [row.answer is not None for row in run.rows] == [True] * answers + [False]
+    assert len(run.compute_s) >= answers
+
+
+@pytest.mark.parametrize(("latency_s", "late_steps"), [(0.0, 1), (0.05, 2), (0.12, 4)])
+def test_a_command_acts_one_step_late_and_later_by_the_latency(
+    submission_of: MakeSubmission,
+    short_suite: Suite,
+    renderer: ArenaRenderer,
+    hurried: Rules,
+    tmp_path: Path,
+    latency_s: float,
+    late_steps: int,
+) -> None:
+    """The command to observation 0 acts from step `late_steps` on: the first motion is in the row after it."""
+    submission = submission_of("Straight", latency_s=latency_s)
+    run = driven(submission, short_suite, renderer, hurried, tmp_path / "log")
+    moved = [abs(row.truth.x_m - run.rows[0].truth.x_m) > 1e-3 for row in run.rows]
+    assert moved.index(True) == late_steps + 1
+
+
+def test_the_log_tells_the_run(
+    submission_of: MakeSubmission, short_suite: Suite, renderer: ArenaRenderer, hurried: Rules, tmp_path: Path
+) -> None:
+    submission = submission_of("Straight")
+    run = driven(submission, short_suite, renderer, hurried, tmp_path / "log")
+    assert [row.panel for row in run.rows] == ["stop"] * 6 + ["up"] * (len(run.rows) - 6)
+    assert [row.time_s for row in run.rows] == pytest.approx(np.arange(len(run.rows)) * 0.05)
+    ticks = [tick for row in run.rows for tick in row.encoders.left_ticks]
+    assert ticks == sorted(ticks) and ticks[-1] > 100
+    suite_run = RunId(suite=short_suite, rules=rules_id(short_suite, hurried), submission=submission.id, software={})
+    header = plan_for(suite_run, short_suite.seeds[0], submission, hurried).header
+    episode = score(EpisodeLog(header=header, rows=run.rows, ending=run.ending), hurried)
+    assert episode.driving.signs_obeyed == 0, "it did not wait for the arrow"
+    assert episode.localization is not None
+    assert episode.localization.dead_reckoning_max_m < 0.05
+    assert episode.distance_m == pytest.approx(run.rows[-1].truth.x_m - run.rows[0].truth.x_m, abs=0.01)
+
+
+def test_a_folder_is_the_same_twice_resumes_and_rescores(
+    submission_of: MakeSubmission, short_suite: Suite, hurried: Rules, tmp_path: Path
+) -> None:
+    submission, first, second = submission_of("Straight"), tmp_path / "first", tmp_path / "second"
+    told: list[int] = []
+    result = evaluate_submission(submission, short_suite, first, rules=hurried, tell=told.append)
+    assert (result.status, result.planned, result.completed, result.eligible) == ("success", 2, 2, False)
+    assert told == [1, 2]
+    evaluate_submission(submission, short_suite, second, episodes=1, rules=hurried)
+    kept = second / "episodes" / "dev-1.jsonl"
+    stamp = kept.stat().st_mtime_ns
+    evaluate_submission(submission, short_suite, second, rules=hurried)
+    assert kept.stat().st_mtime_ns == stamp, "what is there is not driven again"
+    names = ["result.json", "episodes/dev-1.jsonl", "episodes/dev-2.jsonl"]
+    assert [(first / name).read_bytes() for name in names] == [(second / name).read_bytes() for name in names]
+
+    kept.write_bytes(kept.read_bytes()[:-40])
+    with pytest.raises(InputError, match=r"a damaged episode log: line \d+"):
+        rescore(second, hurried)
+    evaluate_submission(submission, short_suite, second, rules=hurried)
+    assert [(first / name).read_bytes() for name in names] == [(second / name).read_bytes() for name in names]
+    assert rescore(second, hurried) == result
+    assert sorted(path.name for path in first.iterdir()) == [
+        "episodes",
+        "logs",
+        "paths.png",
+        "result.json",
+        "timing.json",
+    ]
+    _refuses_other_runs(submission_of, short_suite, first, hurried)
+
+
+def _refuses_other_runs(submission_of: MakeSubmission, suite: Suite, folder: Path, rules: Rules) -> None:
+    before = (folder / "result.json").read_bytes()
+    other = submission_of("Still")
+    with pytest.raises(InputError) as caught:
+        evaluate_submission(other, suite, folder, rules=rules)
+    assert caught.value.found == "the runs of another submission"
+    assert "--overwrite" in caught.value.todo
+    longer = msgspec.structs.replace(suite, time_limit_s=2.0)
+    with pytest.raises(InputError, match="the runs of another suite and rules and submission"):
+        evaluate_submission(other, longer, folder, rules=rules)
+    assert (folder / "result.json").read_bytes() == before
+    result = evaluate_submission(other, suite, folder, episodes=1, overwrite=True, rules=rules)
+    assert result.submission.name == "still"
+    assert not (folder / "episodes" / "dev-2.jsonl").exists()
+    (folder / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"a folder with notes\.txt"):
+        evaluate_submission(other, suite, folder, overwrite=True, rules=rules)
+    assert (folder / "notes.txt").exists() and (folder / "result.json").exists()
+
+
+def test_a_submission_that_cannot_be_loaded_leaves_no_result(
+    submission_of: MakeSubmission, short_suite: Suite, hurried: Rules, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match="without step"):
+        evaluate_submission(submission_of("NoStep"), short_suite, tmp_path / "out", rules=hurried)
+    assert not list((tmp_path / "out" / "episodes").iterdir())
+    assert not (tmp_path / "out" / "result.json").exists()
+
+
+def test_one_bad_run_leaves_the_others(
+    submission_of: MakeSubmission, short_suite: Suite, hurried: Rules, tmp_path: Path
+) -> None:
+    result = evaluate_submission(submission_of("RaisesAtSeven"), short_suite, tmp_path / "out", rules=hurried)
+    assert [episode.status for episode in result.episodes] == ["agent-failed", "agent-failed"]
+    assert (result.status, result.completed) == ("success", 2)
+    log = (tmp_path / "out" / "episodes" / "dev-2.jsonl").read_text()
+    assert "ValueError: seven is too much" in log.splitlines()[-1]
+    assert all(math.isfinite(figure.mean) for figure in result.summary.values())
+
+
+def test_a_slow_agent_is_driven_to_the_end_and_its_latency_told(
+    submission_of: MakeSubmission, short_suite: Suite, hurried: Rules, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    evaluate_submission(submission_of("Slow"), short_suite, out, episodes=1, rules=hurried)
+    timing = msgspec.json.decode((out / "timing.json").read_bytes())
+    assert timing["latency"]["verdict"] == "exceeded"
+    assert timing["latency"]["allowed_s"] == 0.05
+    assert timing["isolation"] == "none (child process)"

@@ -1,0 +1,91 @@
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from adc_bench.dataset.split import load_split
+from adc_bench.errors import InputError
+from adc_bench.evaluate.rules import RULES
+from adc_bench.evaluate.suite import Suite, load_suite, mission_for, rules_id, scenario_for, start_step
+from adc_bench.world.records import find_record, known_records
+
+D1 = load_suite("d1")
+
+
+@pytest.mark.parametrize("name", known_records("splits/suites"))
+def test_shipped_suites_are_sound_and_unseen(name: str) -> None:
+    suite, train = load_suite(name), load_split("train")
+    assert suite.name == name
+    assert not set(suite.looks.floors) & set(train.looks.floors)
+    assert not set(suite.looks.walls) & set(train.looks.walls)
+    assert not set(suite.looks.light_sets) & set(train.looks.light_sets)
+
+
+def test_d1_is_two_laps_on_five_seeds_at_every_light_level() -> None:
+    assert (D1.laps, D1.time_limit_s, len(D1.seeds)) == (2, 180.0, 5)
+    assert {scenario_for(D1, seed).look.light_level for seed in D1.seeds} == {"dark", "dim", "normal", "bright"}
+
+
+def test_a_seed_gives_one_scenario() -> None:
+    first, second = D1.seeds[:2]
+    assert scenario_for(D1, first) == scenario_for(D1, first)
+    assert scenario_for(D1, first).robot_truth != scenario_for(D1, second).robot_truth
+    assert scenario_for(D1, first).panel_sign == "stop"
+
+
+def test_the_arrow_appears_within_the_range_at_different_times() -> None:
+    steps = [start_step(D1, seed) for seed in D1.seeds]
+    assert all(1.0 <= step * RULES.control_period_s <= 5.0 for step in steps)
+    assert len(set(steps)) == len(steps)
+
+
+def test_the_mission_is_the_same_for_every_seed_and_holds_no_truth() -> None:
+    mission = msgspec.json.encode(mission_for(D1, latency_s=0.0, options={}))
+    truth = scenario_for(D1, D1.seeds[0]).robot_truth
+    for value in msgspec.structs.astuple(truth):
+        assert repr(value).encode() not in mission
+    assert b"seed" not in mission
+
+
+def test_the_rules_digest_covers_rules_and_suite() -> None:
+    digests = {
+        rules_id(D1).sha256,
+        rules_id(msgspec.structs.replace(D1, laps=1)).sha256,
+        rules_id(D1, msgspec.structs.replace(RULES, touch_gap_s=1.0)).sha256,
+    }
+    assert len(digests) == 3
+
+
+def changed(tmp_path: Path, old: str, new: str) -> str:
+    text = find_record("d1", "splits/suites").read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return str(path)
+
+
+def test_a_suite_of_ones_own_is_loaded_by_its_path(tmp_path: Path) -> None:
+    assert load_suite(changed(tmp_path, "laps = 2", "laps = 3")) == msgspec.structs.replace(D1, laps=3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        ("laps = 2", "laps = 0", "laps = 0"),
+        ("laps = 2", 'laps = "two"', "Expected `int`, got `str` - at `$.laps`"),
+        ("laps = 2", "lapses = 2", "Object contains unknown field `lapses`"),
+        ('"felt"', '"velvet"', "looks.floors = ['velvet', 'painted_board', 'scuffed_linoleum']"),
+        ("[1.0, 5.0]", "[5.0, 1.0]", "start_delay_s = [5.0, 1.0]"),
+        ("7001, 7002", "7001, 7001", "a seed twice"),
+        ("180.0", "-1.0", "time_limit_s = -1.0"),
+    ],
+)
+def test_what_is_wrong_with_a_suite_is_told(tmp_path: Path, old: str, new: str, found: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_suite(changed(tmp_path, old, new))
+    assert caught.value.found == found
+    assert caught.value.where.endswith("mine.toml")
+
+
+def test_a_suite_is_a_record() -> None:
+    assert msgspec.json.decode(msgspec.json.encode(D1), type=Suite) == D1
