@@ -14,7 +14,7 @@ import cv2
 
 from adc_bench.api import Agent, Command
 from adc_bench.errors import AdcBenchError
-from adc_bench.evaluate.wire import Answer, Begin, Channel, Closed, Done, Fault, Load, Order, Sense, observation
+from adc_bench.evaluate.wire import Answer, Begin, Channel, ClosedError, Done, Fault, Load, Order, Sense, observation
 
 AGENT = "an object with start(mission) and step(observation) -> Command"
 TRACEBACK_LINES = 12
@@ -28,7 +28,7 @@ def main() -> None:
     while True:
         try:
             order: Load | Begin | Sense = channel.receive(Order)
-        except Closed:
+        except ClosedError:
             return
         try:
             match order:
@@ -42,7 +42,7 @@ def main() -> None:
                 case Sense():
                     assert agent is not None
                     _step(channel, agent, order)
-        except Closed:
+        except ClosedError:
             return
         except Exception as error:  # whatever a submission raises is its own fault, told and scored
             channel.send(fault_of(error))

@@ -11,7 +11,7 @@ import msgspec
 from adc_bench.api import Mission
 from adc_bench.evaluate.course_progress import Moment
 from adc_bench.evaluate.ending import Ending, Reason
-from adc_bench.evaluate.isolation import AgentFailure, AgentProcess
+from adc_bench.evaluate.isolation import AgentFailedError, AgentProcess
 from adc_bench.evaluate.log import Drive, Encoders, Header, Hit, Row
 from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.rules import Rules
@@ -90,7 +90,7 @@ class _Run:
                 row, sensed = next_row, next_sensed
                 watch = self._referee.step(watch, Moment(time_s=row.time_s, pose=row.truth))
             ending = Ending(reason=reason)
-        except AgentFailure as failure:
+        except AgentFailedError as failure:
             ending = failure.ending
         self.rows.append(row)
         return ending
@@ -138,7 +138,7 @@ class _Run:
         estimate = command.pose_world_robot
         figures = (command.v_mps, command.omega_radps, *msgspec.structs.astuple(estimate), *(command.covariance or ()))
         if not all(math.isfinite(figure) for figure in figures):
-            raise AgentFailure(Ending(reason=Reason.NOT_FINITE, detail=f"{command}"))
+            raise AgentFailedError(Ending(reason=Reason.NOT_FINITE, detail=f"{command}"))
         self._commands.append((command.v_mps, command.omega_radps))
         return Drive(
             v_mps=command.v_mps,

@@ -16,7 +16,7 @@ from adc_bench.api import Mission
 from adc_bench.errors import InputError
 from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.rules import Rules
-from adc_bench.evaluate.wire import Answer, Begin, Channel, Closed, Done, Fault, Load, Reply, Sense
+from adc_bench.evaluate.wire import Answer, Begin, Channel, ClosedError, Done, Fault, Load, Reply, Sense
 
 # In words, for timing.json: the child shares the machine, the user and the file system with the simulator.
 ISOLATION = "none (child process)"
@@ -33,7 +33,7 @@ ENVIRONMENT_SET = {
 }
 
 
-class AgentFailure(Exception):  # noqa: N818
+class AgentFailedError(Exception):
     """The submission failed as a program; `ending` says how."""
 
     def __init__(self, ending: Ending) -> None:
@@ -89,7 +89,7 @@ class AgentProcess:
         except TimeoutError:
             found = f"still loading after {self._rules.load_budget_s:g} s"
             raise InputError(where=where, found=found, wanted=wanted, todo="load less, or in start()") from None
-        except (Closed, msgspec.DecodeError):
+        except (ClosedError, msgspec.DecodeError):
             found = f"its process ended while loading ({self._how_it_ended()})"
             todo = f"read {self._log_path}, which holds what it printed"
             raise InputError(where=where, found=found, wanted=wanted, todo=todo) from None
@@ -101,7 +101,7 @@ class AgentProcess:
         """Call the agent's `start`.
 
         Raises:
-            AgentFailure: it raised, took too long, or its process died.
+            AgentFailedError: it raised, took too long, or its process died.
         """
         self._order(Begin(mission=mission))
         self._reply(self._rules.start_budget_s, Reason.START_TIMEOUT, Reason.START_RAISED)
@@ -110,7 +110,7 @@ class AgentProcess:
         """Hand over an observation; returns at once.
 
         Raises:
-            AgentFailure: the process died.
+            AgentFailedError: the process died.
         """
         self._order(sense)
 
@@ -118,30 +118,32 @@ class AgentProcess:
         """Wait for the command to the last observation; the budget counts from now.
 
         Raises:
-            AgentFailure: the agent raised, took too long, died, or answered with something that is no command.
+            AgentFailedError: the agent raised, took too long, died, or answered with something that is no command.
         """
         reply = self._reply(self._rules.step_budget_s, Reason.STEP_TIMEOUT, Reason.STEP_RAISED)
         if not isinstance(reply, Answer):
-            raise AgentFailure(Ending(reason=Reason.NOT_A_COMMAND, detail="an answer out of turn"))
+            raise AgentFailedError(Ending(reason=Reason.NOT_A_COMMAND, detail="an answer out of turn"))
         return reply
 
     def _order(self, order: Begin | Sense) -> None:
         try:
             self._channel.send(order)
-        except Closed:
-            raise AgentFailure(Ending(reason=Reason.DIED, detail=self._how_it_ended())) from None
+        except ClosedError:
+            raise AgentFailedError(Ending(reason=Reason.DIED, detail=self._how_it_ended())) from None
 
     def _reply(self, budget_s: float, too_late: Reason, raised: Reason) -> Done | Answer:
         try:
             reply: Done | Answer | Fault = self._channel.receive(Reply, budget_s)
         except TimeoutError:
-            raise AgentFailure(Ending(reason=too_late, detail=f"no answer within {budget_s:g} s")) from None
-        except Closed:
-            raise AgentFailure(Ending(reason=Reason.DIED, detail=self._how_it_ended())) from None
+            raise AgentFailedError(Ending(reason=too_late, detail=f"no answer within {budget_s:g} s")) from None
+        except ClosedError:
+            raise AgentFailedError(Ending(reason=Reason.DIED, detail=self._how_it_ended())) from None
         except msgspec.DecodeError as error:
-            raise AgentFailure(Ending(reason=Reason.NOT_A_COMMAND, detail=str(error))) from None
+            raise AgentFailedError(Ending(reason=Reason.NOT_A_COMMAND, detail=str(error))) from None
         if isinstance(reply, Fault):
-            raise AgentFailure(Ending(reason=Reason.NOT_A_COMMAND if reply.is_command else raised, detail=reply.found))
+            raise AgentFailedError(
+                Ending(reason=Reason.NOT_A_COMMAND if reply.is_command else raised, detail=reply.found)
+            )
         return reply
 
     def _how_it_ended(self) -> str:

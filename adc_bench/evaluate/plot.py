@@ -57,7 +57,7 @@ def _draw_run(axis: Any, log: EpisodeLog, rules: Rules) -> None:
     hits = [row.truth for row in log.rows if row.hits]
     axis.plot(*_points(hits).T, "kx", label="contact" if hits else None)
     axis.set_title(f"{log.header.run.submission.name} on {log.header.scenario}: {log.ending.reason}")
-    axis.legend(loc="upper right", fontsize="small")
+    axis.legend(loc="upper center", fontsize="small")
 
 
 def _points(poses: Sequence[Pose2]) -> NDArray[np.float64]:

@@ -72,7 +72,7 @@ Order = Load | Begin | Sense
 Reply = Done | Answer | Fault
 
 
-class Closed(Exception):  # noqa: N818
+class ClosedError(Exception):
     """The other end is gone."""
 
 
@@ -87,20 +87,20 @@ class Channel:
 
         Raises:
             TypeError: the message holds something that msgpack has no form for.
-            Closed: the other end is gone.
+            ClosedError: the other end is gone.
         """
         body = msgspec.msgpack.encode(message, enc_hook=_plain)
         try:
             self._end.sendall(LENGTH.pack(len(body)) + body)
         except OSError:
-            raise Closed from None
+            raise ClosedError from None
 
     def receive(self, message_type: Any, budget_s: float | None = None) -> Any:
         """Return the next message, an instance of the type (or union).
 
         Raises:
             TimeoutError: it did not come within the budget.
-            Closed: the other end is gone.
+            ClosedError: the other end is gone.
             msgspec.DecodeError: it is not such a message.
         """
         deadline = None if budget_s is None else time.monotonic() + budget_s
@@ -118,7 +118,7 @@ class Channel:
             except ConnectionError:
                 part = b""
             if not part:
-                raise Closed
+                raise ClosedError
             parts += part
         return bytes(parts)
 

@@ -12,7 +12,7 @@ from made_runs import MakeSubmission
 from adc_bench.api import EncoderSamples, ImuSamples
 from adc_bench.errors import InputError
 from adc_bench.evaluate.ending import Reason
-from adc_bench.evaluate.isolation import AgentFailure, AgentProcess
+from adc_bench.evaluate.isolation import AgentFailedError, AgentProcess
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.submission import Submission
 from adc_bench.evaluate.suite import load_suite, mission_for
@@ -91,7 +91,7 @@ def test_how_an_agent_fails(
     begun = time.monotonic()
     with AgentProcess(submission_of(factory).load, tmp_path / "log", hurried) as agent:
         agent.wait_loaded()
-        with pytest.raises(AgentFailure) as caught:
+        with pytest.raises(AgentFailedError) as caught:
             agent.start(MISSION)
             for k in range(10):
                 agent.ask(made_sense(k))
@@ -106,7 +106,7 @@ def test_how_an_agent_fails(
 def test_a_traceback_shows_the_submissions_own_lines(
     submission_of: MakeSubmission, hurried: Rules, tmp_path: Path
 ) -> None:
-    with pytest.raises(AgentFailure) as caught:
+    with pytest.raises(AgentFailedError) as caught:
         talk(submission_of("RaisesAtSeven"), hurried, tmp_path / "log")
     lines = caught.value.ending.detail.splitlines()
     assert "agents.py" in lines[1] and "in step" in lines[1]
