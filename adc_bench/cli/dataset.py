@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from adc_bench.errors import InputError
+from adc_bench.errors import InputError, UsageError
 
 app = typer.Typer(
     help="Check a dataset, look at it.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False
@@ -42,7 +42,7 @@ def check(
 
 
 @app.command()
-def preview(folder: Folder, out: Annotated[Path, typer.Option(help="The PNG file to write.")]) -> None:
+def preview(folder: Folder, out: Annotated[Path, typer.Option(help="The PNG or JPEG file to write.")]) -> None:
     """Write a contact sheet: both cameras at every light level and in the tunnel, with their boxes."""
     import cv2
 
@@ -50,7 +50,11 @@ def preview(folder: Folder, out: Annotated[Path, typer.Option(help="The PNG file
     from adc_bench.dataset.preview import contact_sheet
     from adc_bench.dataset.read import FrameDataset
 
+    if out.suffix.lower() not in (".png", ".jpg"):
+        raise UsageError(
+            where="--out", found=str(out), wanted="a name that ends in .png or .jpg", todo="name the picture so"
+        )
     sheet = contact_sheet(FrameDataset(folder))
-    _, png = cv2.imencode(".png", cv2.cvtColor(sheet, cv2.COLOR_RGB2BGR))
-    write_file(out, png.tobytes())
+    _, picture = cv2.imencode(out.suffix.lower(), cv2.cvtColor(sheet, cv2.COLOR_RGB2BGR))
+    write_file(out, picture.tobytes())
     typer.echo(f"{out}: {sheet.shape[1]}x{sheet.shape[0]} pixels")
