@@ -1,7 +1,7 @@
 """The crosswalk landmark: the detector says where, the bird's-eye picture says exactly where.
 
 The box gives a first place on the floor; the known pattern of stop lines and stripes is then laid over the paint and
-moved until it fits. Its frame here: origin in its middle, x along the road away from the robot, y left.
+moved until it fits.
 """
 
 import math
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2
 from adc_bench.stack.birds_eye import BirdsEye
+from adc_bench.stack.crosswalk_box import place_of_box
+from adc_bench.stack.crosswalk_pattern import CrosswalkPattern
 from adc_bench.stack.paint import Paint
 from adc_bench.stack.robust_fit import FitNoise, point_sd_m
 from adc_bench.world.course import CourseSpec
@@ -32,13 +34,12 @@ class CrosswalkParams:
     search_across_m: float = 0.08  # less than half the stripes' pitch, beyond which the pattern repeats
     search_step_m: float = 0.04
     search_rad: float = 0.08
-    rival_share: float = 0.6  # of a rival's unexplained part, at most
+    rival_share: float = 0.85  # of a rival's unexplained part, at most
     least_correlation: float = 0.8
     least_seen: float = 0.5
-    farthest_m: float = 2.4
+    farthest_m: float = 2.8  # of its middle
     blur_cells: int = 5
     fit_sd_m: float = 0.008
-    border_px: float = 3.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,64 +61,32 @@ class CrosswalkFinder:
     params: CrosswalkParams = field(default_factory=CrosswalkParams)
     noise: FitNoise = field(default_factory=FitNoise)
 
-    @property
-    def half_size_m(self) -> tuple[float, float]:
-        """Half the depth along the road, half the width across."""
-        return self.spec.crosswalk_depth_m / 2, self.spec.stop_line_length_m / 2
+    @cached_property
+    def _shape(self) -> CrosswalkPattern:
+        return CrosswalkPattern(spec=self.spec)
 
     @cached_property
     def _pattern(self) -> tuple[Array, Array]:
         """Points (n, 2) of the pattern's frame and what the blurred paint shows there, 0 to 1 (n,)."""
-        p, cell = self.params, self.birds_eye.region.cell_m
-        half_x, half_y = self.half_size_m
-        reach = p.margin_m + p.blur_cells * cell
-        fine = 5
-        rows, columns = (round(2 * (half + reach) / cell) * fine for half in (half_x, half_y))
-        picture = np.zeros((rows, columns), dtype=np.float32)
-        for x0, y0, x1, y1 in self._marks():
-            a, b = (round((v + half_x + reach) / cell * fine) for v in (x0, x1))
-            c, d = (round((v + half_y + reach) / cell * fine) for v in (y0, y1))
-            picture[a:b, c:d] = 1.0
-        soft = cv2.blur(picture, (p.blur_cells * fine, p.blur_cells * fine))
-        x, y = np.meshgrid(
-            np.arange(-half_x - p.margin_m, half_x + p.margin_m + 1e-9, p.step_m),
-            np.arange(-half_y - p.margin_m, half_y + p.margin_m + 1e-9, p.step_m),
-            indexing="ij",
-        )
-        row = np.clip((x + half_x + reach) / cell * fine, 0, rows - 1).astype(int)
-        column = np.clip((y + half_y + reach) / cell * fine, 0, columns - 1).astype(int)
-        return np.stack([x.ravel(), y.ravel()], axis=1), soft[row, column].ravel().astype(np.float64)
-
-    def _marks(self) -> list[tuple[float, float, float, float]]:
-        """Return the painted rectangles (x0, y0, x1, y1) of the pattern's frame."""
-        c = self.spec
-        half_x, half_y = self.half_size_m
-        marks = [
-            (-half_x, -half_y, -half_x + c.stop_line_width_m, half_y),
-            (half_x - c.stop_line_width_m, -half_y, half_x, half_y),
-        ]
-        for k in range(c.stripe_count):
-            y = (k - (c.stripe_count - 1) / 2) * c.stripe_pitch_m
-            length, width = c.stripe_length_m / 2, c.stripe_width_m / 2
-            marks.append((-length, y - width, length, y + width))
-        return marks
+        p = self.params
+        points = self._shape.grid(p.step_m, p.margin_m)
+        return points, self._shape.blurred(points, p.blur_cells * self.birds_eye.region.cell_m)
 
     def find(self, box_px: BoxPx, road_yaw_rad: float, paint: Paint) -> SeenCrosswalk | None:
         """Return the crosswalk behind a detector's box, or None where it is far, cut off or fits in two places.
 
         `road_yaw_rad` is the road's direction in the robot frame, known to a few degrees.
         """
-        first = self.place_of_box(box_px, road_yaw_rad)
-        if first is None:
+        first = place_of_box(box_px, road_yaw_rad, self._shape, self.birds_eye)
+        if first is None or math.hypot(first.x_m, first.y_m) > self.params.farthest_m:
             return None
         size = self.params.blur_cells - 2
         soft = np.asarray(cv2.blur(np.maximum(paint.contrast, np.float32(0)), (size, size)), dtype=np.float32)
         fitted = self._fit(self._search(first, soft), soft)
-        if fitted is None:
+        if fitted is None or abs((first.inverse() @ fitted[0]).y_m) > self.spec.stripe_pitch_m / 2:
             return None
         pose, correlation = fitted
-        half_x, half_y = self.half_size_m
-        corners = pose.transform([(-half_x, -half_y), (-half_x, half_y)])
+        corners = pose.transform(self._shape.corners[:2])
         return SeenCrosswalk(
             pose_robot_crosswalk=pose,
             corners_robot=corners,
@@ -133,33 +102,6 @@ class CrosswalkFinder:
         apart_m = math.hypot(best[0].x_m - rival[0].x_m, best[0].y_m - rival[0].y_m)
         doubtful = apart_m > pitch_m / 2 and 1 - best[1] > p.rival_share * (1 - rival[1])
         return None if doubtful or best[1] < p.least_correlation else best
-
-    def place_of_box(self, box_px: BoxPx, road_yaw_rad: float) -> Pose2 | None:
-        """Return the pose whose projection has this box, by least squares over the box' sides inside the picture."""
-        width, height = self.birds_eye.mount.width_px, self.birds_eye.mount.height_px
-        border = self.params.border_px
-        limits = np.array([border, border, width - border, height - border])
-        inside = np.array([box_px[0] > limits[0], box_px[1] > limits[1], box_px[2] < limits[2], box_px[3] < limits[3]])
-        near = self.birds_eye.to_floor([((box_px[0] + box_px[2]) / 2, box_px[3])])[0]
-        if not (inside[3] and (inside[0] or inside[2])) or not near[0] < self.params.farthest_m:
-            return None
-        place = near + self.half_size_m[0] * np.array([math.cos(road_yaw_rad), math.sin(road_yaw_rad)])
-        for _ in range(6):
-            boxes = [self._box(place + step, road_yaw_rad) for step in ((0, 0), (0.01, 0), (0, 0.01))]
-            if not np.isfinite(boxes).all():
-                return None
-            jacobian = np.stack([boxes[1] - boxes[0], boxes[2] - boxes[0]], axis=1)[inside] / 0.01
-            place = place + np.linalg.lstsq(jacobian, (np.array(box_px) - boxes[0])[inside], rcond=None)[0].clip(
-                -0.3, 0.3
-            )
-        return Pose2(x_m=float(place[0]), y_m=float(place[1]), yaw_rad=road_yaw_rad)
-
-    def _box(self, place: Array, yaw_rad: float) -> Array:
-        half_x, half_y = self.half_size_m
-        pose = Pose2(x_m=float(place[0]), y_m=float(place[1]), yaw_rad=yaw_rad)
-        corners = pose.transform([(sx * half_x, sy * half_y) for sx in (-1, 1) for sy in (-1, 1)])
-        pixels = self.birds_eye.to_pixels(corners)
-        return np.concatenate([pixels.min(axis=0), pixels.max(axis=0)])
 
     def _sample(self, soft: NDArray[np.float32], points_robot: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return the picture's values at floor points (..., n, 2), and which of them were seen, (..., n) each."""

@@ -68,8 +68,8 @@ def _from(start: Array, direction_rad: float, paint: Paint, offset_m: float, p: 
     """Return the line through `start`, followed both ways, or None where it is short or not this side's."""
     if abs(_foot(start, direction_rad, p) - offset_m) > p.foot_tolerance_m:
         return None
-    ahead = _follow(paint.points_robot, start, direction_rad, p)
-    behind = _follow(paint.points_robot, start, direction_rad + math.pi, p)
+    ahead = _follow(paint, start, direction_rad, p)
+    behind = _follow(paint, start, direction_rad + math.pi, p)
     points = np.array([*reversed(behind), *ahead[1:]] if behind and ahead else [*reversed(behind), *ahead])
     if len(points) < 3:
         return None
@@ -107,13 +107,13 @@ def _hough_segments(paint: Paint, p: LineParams) -> list[tuple[Array, float]]:
     return segments
 
 
-def _follow(points: Array, start: Array, direction_rad: float, p: LineParams) -> list[Array]:
+def _follow(paint: Paint, start: Array, direction_rad: float, p: LineParams) -> list[Array]:
     """Return the middles of the windows laid end to end along the line from `start`, as far as there is paint."""
     centre, direction = start, direction_rad
     found: list[Array] = []
     since_m = 0.0
     while since_m <= p.gap_m and len(found) * p.window_length_m < p.reach_m:
-        middle = _middle_in_window(points, centre, direction, p)
+        middle = _middle_in_window(paint, centre, direction, p)
         if middle is None:
             since_m += p.window_length_m
         else:
@@ -130,13 +130,14 @@ def _turned(direction_rad: float, step: Array, p: LineParams) -> float:
     return direction_rad + p.turn_share * max(-p.turn_max_rad, min(p.turn_max_rad, error))
 
 
-def _middle_in_window(points: Array, centre: Array, direction_rad: float, p: LineParams) -> Array | None:
+def _middle_in_window(paint: Paint, centre: Array, direction_rad: float, p: LineParams) -> Array | None:
     """Return the mean of the paint in the window, or None where there is little or it is too wide for a line."""
+    points = paint.near(float(centre[0]), math.hypot(p.window_length_m / 2, p.window_half_width_m))
     delta = points - centre
     c, s = math.cos(direction_rad), math.sin(direction_rad)
     along, across = delta @ (c, s), delta @ (-s, c)
     inside = (np.abs(along) < p.window_length_m / 2) & (np.abs(across) < p.window_half_width_m)
-    if np.count_nonzero(inside) < p.window_points or np.std(across[inside]) > p.line_sd_m:
+    if np.count_nonzero(inside) < p.window_points or across[inside].std() > p.line_sd_m:
         return None
     middle: Array = points[inside].mean(axis=0)
     return middle

@@ -1,6 +1,7 @@
 """White paint on the floor, found in the bird's-eye picture whatever the light level."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -33,6 +34,17 @@ class Paint:
     mask: NDArray[np.bool_]
     contrast: NDArray[np.float32]
     points_robot: Array
+
+    @cached_property
+    def _row_starts(self) -> NDArray[np.intp]:
+        return np.concatenate([[0], np.cumsum(np.count_nonzero(self.mask, axis=1))])
+
+    def near(self, x_m: float, reach_m: float) -> Array:
+        """Return the points whose x is within `reach_m` of `x_m`, to a cell: points lie in the order of their rows."""
+        last = self.region.shape[0]
+        top, bottom = ((self.region.x_far_m - x_m + side * reach_m) / self.region.cell_m for side in (-1, 1))
+        starts = self._row_starts
+        return self.points_robot[starts[min(max(int(top), 0), last)] : starts[min(max(int(bottom) + 1, 0), last)]]
 
 
 def find_paint(birds_eye: BirdsEye, rgb: NDArray[np.uint8], params: PaintParams | None = None) -> Paint:
