@@ -1,0 +1,66 @@
+"""`adc-bench train-detector`: weights, metrics and figures from two datasets."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from adc_bench.errors import MachineError
+
+if TYPE_CHECKING:
+    from adc_bench.detector.evaluate import DetectionScore
+
+Device = Literal["auto", "cpu", "cuda"]
+
+
+def train_detector(
+    train: Annotated[Path, typer.Option(help="The dataset to learn from.")],
+    val: Annotated[Path, typer.Option(help="The dataset to choose the best epoch by; nothing is learned from it.")],
+    out: Annotated[Path, typer.Option(help="The run's folder: weights, checkpoint, metrics, figures.")],
+    epochs: Annotated[int | None, typer.Option(min=1, help="How many epochs; the recipe's if left out.")] = None,
+    config: Annotated[Path | None, typer.Option(help="A recipe in TOML; the demo's if left out.")] = None,
+    device: Annotated[Device, typer.Option(help="Where to train; auto takes a GPU if there is one.")] = "auto",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that is in --out.")] = False,
+) -> None:
+    """Train a detector and score it on the validation pictures."""
+    from adc_bench.cli.render import progress_bar
+    from adc_bench.dataset import FrameDataset
+    from adc_bench.detector.recipe import RECIPES, load_recipe
+    from adc_bench.detector.train import METRICS, WEIGHTS, steps_per_epoch
+    from adc_bench.detector.train import train as train_run
+
+    recipe = load_recipe(config or RECIPES / "demo.toml", epochs=epochs)
+    place = choose_device(device)
+    training, validation = FrameDataset(train), FrameDataset(val)
+    steps = steps_per_epoch(recipe, training) * recipe.train.epochs
+    with progress_bar("training", steps) as tell:
+        report = train_run(recipe, training, validation, out, device=place, resume=resume, told=tell)
+    typer.echo(f"{out / WEIGHTS}: {recipe.train.epochs} epochs on {len(training)} pictures; scores in {out / METRICS}")
+    print_score(report.overall)
+
+
+def choose_device(device: Device) -> str:
+    """Return cpu or cuda.
+
+    Raises:
+        MachineError: cuda is asked for and there is none.
+    """
+    import torch
+
+    if device == "cuda" and not torch.cuda.is_available():
+        raise MachineError(
+            where="--device cuda",
+            found="no GPU that torch can use",
+            wanted="a CUDA device",
+            todo="leave --device out, or install a driver for the GPU",
+        )
+    if device == "auto":
+        return "cuda" if torch.cuda.is_available() else "cpu"
+    return device
+
+
+def print_score(score: "DetectionScore") -> None:
+    """Print the means and a row per category."""
+    typer.echo(f"  {score.pictures} pictures: mAP50-95 {score.map:.3f}, mAP50 {score.map50:.3f}")
+    for name, entry in score.categories.items():
+        typer.echo(f"    {name:<14} AP50-95 {entry.ap:.3f}  AP50 {entry.ap50:.3f}  ({entry.objects} objects)")

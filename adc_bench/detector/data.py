@@ -1,0 +1,125 @@
+"""Pictures with their truth, as batches; their order and changes depend on seed, epoch and index alone."""
+
+from collections.abc import Iterator, Sequence
+from typing import Protocol
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.utils.data import DataLoader, Dataset
+
+from adc_bench.detector.augment import AugmentConfig, augment
+from adc_bench.detector.paste import Cutting, Example
+from adc_bench.detector.targets import Truth
+from adc_bench.world.categories import CATEGORIES
+from adc_bench.world.frame import Conditions, Label
+from adc_bench.world.streams import stream
+
+Key = tuple[int, int]  # epoch, index
+Batch = tuple[Tensor, list[Truth]]  # pictures (n, h, w, 3) uint8
+
+
+class LabelledPictures(Protocol):
+    """What the detector needs of a dataset."""
+
+    @property
+    def image_ids(self) -> Sequence[int]:
+        """The pictures' ids, one each."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def picture(self, index: int, /) -> NDArray[np.uint8]:
+        """Return the picture (h, w, 3)."""
+        ...
+
+    def annotations(self, index: int, /) -> Sequence[Label]:
+        """Return what is to be seen on it."""
+        ...
+
+    def conditions(self, index: int, /) -> Conditions:
+        """Return how it was taken."""
+        ...
+
+
+def truth_arrays(labels: Sequence[Label]) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_]]:
+    """Return boxes (m, 4) xyxy px, classes (m,) counted from 0, ignored (m,)."""
+    boxes = np.array([label.box_px for label in labels], dtype=np.float32).reshape(-1, 4)
+    classes = np.array([label.category_id - 1 for label in labels], dtype=np.int64)
+    return boxes, classes, np.array([label.ignore for label in labels], dtype=np.bool_)
+
+
+class TrainingPictures(Dataset[Example]):
+    """Changed pictures, keyed by (epoch, index). Decoded pictures stay in memory up to `cache_bytes`."""
+
+    def __init__(self, source: LabelledPictures, config: AugmentConfig, seed: int, cache_bytes: int = 2**30) -> None:
+        self.source, self.config, self.seed, self.cache_bytes = source, config, seed, cache_bytes
+        self._signs = [
+            (i, label) for i in range(len(source)) for label in source.annotations(i) if _worth_pasting(label)
+        ]
+        self._cache: dict[int, NDArray[np.uint8]] = {}
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+    def __getitem__(self, key: Key) -> Example:
+        epoch, index = key
+        example = Example(self._picture(index), *truth_arrays(self.source.annotations(index)))
+        rng = stream(self.seed, "augment", epoch, index)
+        count = 2 if self._signs else 0
+        cuttings = [self._cut(*self._signs[int(rng.integers(len(self._signs)))]) for _ in range(count)]
+        return augment(self.config, example, cuttings, rng)
+
+    def _cut(self, index: int, sign: Label) -> Cutting:
+        x0, y0, x1, y1 = (round(value) for value in sign.box_px)
+        return Cutting(self._picture(index)[y0:y1, x0:x1], sign.category_id - 1)
+
+    def _picture(self, index: int) -> NDArray[np.uint8]:
+        if index in self._cache:
+            return self._cache[index]
+        rgb = self.source.picture(index)
+        if (len(self._cache) + 1) * rgb.nbytes <= self.cache_bytes:
+            self._cache[index] = rgb
+        return rgb
+
+
+def epoch_order(pictures: TrainingPictures, epoch: int, empty_share: float) -> list[int]:
+    """Return the indices of one epoch, shuffled: every picture with an object or a region to ignore, and `empty_share`
+    of the others, other ones each epoch.
+    """
+    rng = stream(pictures.seed, "order", epoch)
+    empty = [i for i in range(len(pictures)) if not pictures.source.annotations(i)]
+    left_out = set(rng.permutation(empty)[round(empty_share * len(empty)) :].tolist())
+    return [int(i) for i in rng.permutation(len(pictures)) if i not in left_out]
+
+
+def epoch_batches(
+    pictures: TrainingPictures, *, batch: int, epoch: int, empty_share: float = 1.0, workers: int = 0
+) -> Iterator[Batch]:
+    """Yield one epoch's batches, the same ones with any number of worker processes; the last may be smaller."""
+    order = epoch_order(pictures, epoch, empty_share)
+    keys = [[(epoch, i) for i in order[k : k + batch]] for k in range(0, len(order), batch)]
+    loader: DataLoader[Example] = DataLoader(
+        pictures,
+        batch_sampler=keys,
+        collate_fn=collate,
+        num_workers=workers,
+    )
+    yield from loader
+
+
+def collate(examples: Sequence[Example]) -> Batch:
+    """Return pictures (n, h, w, 3) uint8 and their truths."""
+    pictures = torch.from_numpy(np.stack([example.rgb for example in examples]))
+    truths = [
+        Truth(torch.from_numpy(e.boxes), torch.from_numpy(e.classes), torch.from_numpy(e.ignored)) for e in examples
+    ]
+    return pictures, truths
+
+
+def _worth_pasting(label: Label) -> bool:
+    """Whether a label is a sign that can be seen whole and near enough to be shrunk."""
+    is_sign = CATEGORIES[label.category_id - 1].startswith(("panel_", "sign_"))
+    whole = not label.ignore and label.visible_fraction > 0.95 and label.truncation < 0.05
+    return is_sign and whole and label.box_px[2] - label.box_px[0] >= 16

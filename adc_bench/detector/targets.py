@@ -1,0 +1,77 @@
+"""Who predicts what: points are assigned to true boxes by how well they already predict them (task alignment).
+
+After Feng et al., "TOOD: Task-aligned One-stage Object Detection", 2021: alignment = score^a * overlap^b.
+"""
+
+from typing import NamedTuple
+
+import msgspec
+import torch
+from torch import Tensor
+from torchvision.ops import box_iou
+
+MINIMUM_STRIDES = 1.5  # a box smaller than this many strides is widened to it, or it might hold no point
+
+
+class AssignmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Points per box, and the powers of score and overlap in the alignment."""
+
+    points_per_box: int = 10
+    score_power: float = 0.5
+    overlap_power: float = 6.0
+
+
+class Truth(NamedTuple):
+    """One picture's truth: boxes (m, 4) xyxy px, classes (m,) from 0, ignored (m,) bool."""
+
+    boxes: Tensor
+    classes: Tensor
+    ignored: Tensor
+
+
+class Assignment(NamedTuple):
+    """One picture's targets: box_index (p,), -1 where there is none; quality (p,) in [0, 1]; counted (p,) bool, false
+    where the truth does not say what is there.
+    """
+
+    box_index: Tensor
+    quality: Tensor
+    counted: Tensor
+
+
+@torch.no_grad()
+def assign(
+    config: AssignmentConfig, truth: Truth, scores: Tensor, boxes: Tensor, points: Tensor, strides: Tensor
+) -> Assignment:
+    """Return the targets for predicted object scores (p,) and boxes (p, 4); indices refer to the boxes that count.
+
+    A box gets the best-aligned `points_per_box` of the points inside it; a point wanted by several goes to the one that
+    it overlaps most. Quality is the alignment scaled so that a box' best point gets the best overlap.
+    """
+    regions = truth.boxes[truth.ignored]
+    counted = ~inside(points, strides, regions).any(dim=0)
+    wanted = truth.boxes[~truth.ignored]
+    if len(wanted) == 0:
+        return Assignment(torch.full_like(strides, -1, dtype=torch.long), torch.zeros_like(strides), counted)
+    overlap = box_iou(wanted, boxes).clamp(min=0)
+    candidate = inside(points, strides, wanted)
+    # The small floor lets a box choose among its points while nothing overlaps it yet.
+    alignment = scores.pow(config.score_power) * overlap.pow(config.overlap_power)
+    alignment = (alignment + 1e-9) * candidate
+    best = alignment.topk(min(config.points_per_box, alignment.shape[1]), dim=1).indices
+    chosen = torch.zeros_like(candidate).scatter_(1, best, True) & candidate
+    box_index = torch.where(chosen, overlap, -1.0).argmax(dim=0)
+    positive = chosen.any(dim=0)
+    chosen &= box_index == torch.arange(len(wanted), device=points.device)[:, None]
+    alignment, overlap = alignment * chosen, overlap * chosen
+    scale = overlap.amax(dim=1) / alignment.amax(dim=1).clamp(min=1e-9)
+    quality = (alignment * scale[:, None]).amax(dim=0)
+    return Assignment(torch.where(positive, box_index, -1), quality, counted | positive)
+
+
+def inside(points: Tensor, strides: Tensor, boxes: Tensor) -> Tensor:
+    """Return (m, p): which points lie within boxes (m, 4), widened to at least `MINIMUM_STRIDES` strides."""
+    centre = (boxes[:, None, :2] + boxes[:, None, 2:]) / 2
+    half = (boxes[:, None, 2:] - boxes[:, None, :2]) / 2
+    half = half.maximum(strides[None, :, None] * MINIMUM_STRIDES / 2)
+    return ((points[None] - centre).abs() < half).all(dim=2)
