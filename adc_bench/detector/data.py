@@ -55,9 +55,7 @@ class TrainingPictures(Dataset[Example]):
 
     def __init__(self, source: LabelledPictures, config: AugmentConfig, seed: int, cache_bytes: int = 2**30) -> None:
         self.source, self.config, self.seed, self.cache_bytes = source, config, seed, cache_bytes
-        self._signs = [
-            (i, label) for i in range(len(source)) for label in source.annotations(i) if _worth_pasting(label)
-        ]
+        self._signs = _signs_by_category(source)
         self._cache: dict[int, NDArray[np.uint8]] = {}
 
     def __len__(self) -> int:
@@ -68,10 +66,12 @@ class TrainingPictures(Dataset[Example]):
         example = Example(self._picture(index), *truth_arrays(self.source.annotations(index)))
         rng = stream(self.seed, "augment", epoch, index)
         count = 2 if self._signs else 0
-        cuttings = [self._cut(*self._signs[int(rng.integers(len(self._signs)))]) for _ in range(count)]
-        return augment(self.config, example, cuttings, rng)
+        return augment(self.config, example, [self._cut_sign(rng) for _ in range(count)], rng)
 
-    def _cut(self, index: int, sign: Label) -> Cutting:
+    def _cut_sign(self, rng: np.random.Generator) -> Cutting:
+        """Return a sign of another picture, every category as likely as every other."""
+        of_category = self._signs[int(rng.integers(len(self._signs)))]
+        index, sign = of_category[int(rng.integers(len(of_category)))]
         x0, y0, x1, y1 = (round(value) for value in sign.box_px)
         return Cutting(self._picture(index)[y0:y1, x0:x1], sign.category_id - 1)
 
@@ -116,6 +116,16 @@ def collate(examples: Sequence[Example]) -> Batch:
         Truth(torch.from_numpy(e.boxes), torch.from_numpy(e.classes), torch.from_numpy(e.ignored)) for e in examples
     ]
     return pictures, truths
+
+
+def _signs_by_category(source: LabelledPictures) -> list[list[tuple[int, Label]]]:
+    """Return, for each category that has any, its signs worth pasting and the indices of their pictures."""
+    found: dict[int, list[tuple[int, Label]]] = {}
+    for index in range(len(source)):
+        for label in source.annotations(index):
+            if _worth_pasting(label):
+                found.setdefault(label.category_id, []).append((index, label))
+    return [found[category_id] for category_id in sorted(found)]
 
 
 def _worth_pasting(label: Label) -> bool:

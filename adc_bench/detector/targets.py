@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 from torchvision.ops import box_iou
 
+FLOOR = 1e-7
 MINIMUM_STRIDES = 1.5  # a box smaller than this many strides is widened to it, or it might hold no point
 
 
@@ -49,29 +50,32 @@ def assign(
     it overlaps most. Quality is the alignment scaled so that a box' best point gets the best overlap.
     """
     regions = truth.boxes[truth.ignored]
-    counted = ~inside(points, strides, regions).any(dim=0)
+    counted = ~(centredness(points, strides, regions) > 0).any(dim=0)
     wanted = truth.boxes[~truth.ignored]
     if len(wanted) == 0:
         return Assignment(torch.full_like(strides, -1, dtype=torch.long), torch.zeros_like(strides), counted)
     overlap = box_iou(wanted, boxes).clamp(min=0)
-    candidate = inside(points, strides, wanted)
-    # The small floor lets a box choose among its points while nothing overlaps it yet.
+    centred = centredness(points, strides, wanted)
+    candidate = centred > 0
     alignment = scores.pow(config.score_power) * overlap.pow(config.overlap_power)
-    alignment = (alignment + 1e-9) * candidate
+    # The small addition lets a box choose its middle while nothing overlaps it yet.
+    alignment = (alignment + FLOOR * centred) * candidate
     best = alignment.topk(min(config.points_per_box, alignment.shape[1]), dim=1).indices
     chosen = torch.zeros_like(candidate).scatter_(1, best, True) & candidate
     box_index = torch.where(chosen, overlap, -1.0).argmax(dim=0)
     positive = chosen.any(dim=0)
     chosen &= box_index == torch.arange(len(wanted), device=points.device)[:, None]
     alignment, overlap = alignment * chosen, overlap * chosen
-    scale = overlap.amax(dim=1) / alignment.amax(dim=1).clamp(min=1e-9)
+    scale = overlap.amax(dim=1) / alignment.amax(dim=1).clamp(min=1e-12)
     quality = (alignment * scale[:, None]).amax(dim=0)
     return Assignment(torch.where(positive, box_index, -1), quality, counted | positive)
 
 
-def inside(points: Tensor, strides: Tensor, boxes: Tensor) -> Tensor:
-    """Return (m, p): which points lie within boxes (m, 4), widened to at least `MINIMUM_STRIDES` strides."""
+def centredness(points: Tensor, strides: Tensor, boxes: Tensor) -> Tensor:
+    """Return (m, p): 1 for a point at the centre of a box, falling to 0 at its edge, negative outside; boxes (m, 4) are
+    widened to at least `MINIMUM_STRIDES` of the point's stride.
+    """
     centre = (boxes[:, None, :2] + boxes[:, None, 2:]) / 2
     half = (boxes[:, None, 2:] - boxes[:, None, :2]) / 2
     half = half.maximum(strides[None, :, None] * MINIMUM_STRIDES / 2)
-    return ((points[None] - centre).abs() < half).all(dim=2)
+    return 1 - ((points[None] - centre).abs() / half).amax(dim=2)

@@ -183,7 +183,7 @@ def _check_finite(loss: Tensor, epoch: int, step: int) -> None:
     if not torch.isfinite(loss):
         raise AdcBenchError(
             where=f"training, epoch {epoch}, step {step}",
-            found=f"a loss of {float(loss)}",
+            found=f"a loss of {loss.item()}",
             wanted="a finite loss",
             todo="lower train.learning_rate in the recipe, then start in a new --out folder",
         )

@@ -1,0 +1,48 @@
+from pathlib import Path
+
+import pytest
+import torch
+
+from adc_bench.dataset import FrameDataset, load_split
+from adc_bench.detector.augment import AugmentConfig
+from adc_bench.detector.model import ModelConfig
+from adc_bench.detector.recipe import Recipe, TrainConfig
+from adc_bench.generate import render_split
+
+SMALL = ModelConfig(stem=16, widths=(24, 32, 48), depths=(0, 1, 0), neck=24, head=24)
+PLAIN = AugmentConfig(paste=0.0, stripes=0.0, mirror=0.0, zoom=1.0, shift=0.0, exposure_ev=0.0, gamma=1.0, balance=1.0)
+
+
+@pytest.fixture(autouse=True)
+def _two_threads() -> None:
+    torch.set_num_threads(2)
+
+
+@pytest.fixture(scope="session")
+def train_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("detector") / "train"
+    render_split(load_split("train"), root, frames=40, size_px=(160, 120))
+    return root
+
+
+@pytest.fixture(scope="session")
+def val_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("detector") / "val"
+    render_split(load_split("val"), root, frames=32, size_px=(160, 120))
+    return root
+
+
+@pytest.fixture(scope="session")
+def training(train_folder: Path) -> FrameDataset:
+    return FrameDataset(train_folder)
+
+
+@pytest.fixture(scope="session")
+def validation(val_folder: Path) -> FrameDataset:
+    return FrameDataset(val_folder)
+
+
+@pytest.fixture
+def quick() -> Recipe:
+    """Three short epochs of a small network."""
+    return Recipe(train=TrainConfig(epochs=3, batch=8, warmup_steps=4, average_decay=0.9), model=SMALL)
