@@ -18,7 +18,7 @@ class CircleParams:
 
     least_points: int = 6
     least_chord_m: float = 0.5
-    radius_tolerance: float = 0.15  # share of the map's radius, and twice what the chord leaves open
+    radius_tolerance: float = 0.15  # share of the map's curvature; twice what the chord leaves open comes on top
     sagitta_sd_m: float = 0.006
     worst_distance_m: float = 0.08  # of a point from its circle, to join the refinement
     worst_rms: float = 2.0
@@ -38,12 +38,12 @@ def circle_through(a: ArrayLike, b: ArrayLike, c: ArrayLike) -> tuple[Array, flo
 
 
 def radius_fits(radius_m: float, map_radius_m: float, chord_m: float, params: CircleParams) -> bool:
-    """Return whether a radius measured over a chord is the map's: a short chord leaves the radius more open.
+    """Return whether a radius measured over a chord is the map's: a short chord leaves the curvature more open.
 
-    The sagitta is chord^2 / (8 r), so its error moves the radius by 8 r^2 / chord^2 times as much.
+    The sagitta is chord^2 k / 8 for curvature k, so its error moves the curvature by 8 / chord^2 times as much.
     """
-    open_m = 2 * params.sagitta_sd_m * 8 * map_radius_m**2 / chord_m**2
-    return abs(radius_m - map_radius_m) < params.radius_tolerance * map_radius_m + open_m
+    open_pm = 2 * params.sagitta_sd_m * 8 / chord_m**2
+    return abs(1 / radius_m - 1 / map_radius_m) < params.radius_tolerance / map_radius_m + open_pm
 
 
 def first_centre(points: Array, map_radius_m: float, turn: float, params: CircleParams) -> Array | None:

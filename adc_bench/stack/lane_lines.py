@@ -21,6 +21,7 @@ class LineParams:
     hough_length_m: float = 0.20
     hough_gap_m: float = 0.20
     hough_votes: int = 18
+    hough_tries: int = 3
     hough_slant_rad: float = math.radians(40)
     window_length_m: float = 0.10
     window_half_width_m: float = 0.09
@@ -59,7 +60,8 @@ def find_lane_lines(before: LaneLines, paint: Paint, half_lane_m: float, params:
         if line is None:
             segments = _hough_segments(paint, p) if segments is None else segments
             starts = sorted(segments, key=lambda s: abs(_foot(s[0], s[1], p) - offset_m))
-            line = _from(*starts[0], paint, offset_m, p) if starts else None
+            tries = (_from(*start, paint, offset_m, p) for start in starts[: p.hough_tries])
+            line = next((candidate for candidate in tries if candidate is not None), None)
         found[side] = line
     return LaneLines(right=found["right"], left=found["left"])
 

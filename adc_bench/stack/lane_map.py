@@ -92,7 +92,9 @@ class LaneMap:
             if line is not None
         }
         found = []
-        for start, end, curvature in self._pieces:
+        # The piece that ends next is the one under the robot.
+        order = np.argsort((self._pieces[:, 1] - s_m) % self.lap.length_m)
+        for start, end, curvature in self._pieces[order]:
             middle, half = (start + end) / 2, (end - start) / 2 - self.params.knot_margin_m
             here = {}
             for offset, (points, s) in sides.items():
@@ -102,7 +104,7 @@ class LaneMap:
                     here[offset] = points[inside]
             if here:
                 found.append(Stretch(s_m=float(start), curvature_pm=float(curvature), points_robot=here))
-        return tuple(sorted(found, key=lambda stretch: (stretch.s_m - s_m + 5.0) % self.lap.length_m))
+        return tuple(found)
 
     def _own_points(self, points_robot: Array, offset_m: float, belief: Belief, s_m: float) -> tuple[Array, Array]:
         """Return those points (n, 2) that lie by the map's line, and their arc lengths (n,)."""

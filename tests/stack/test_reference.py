@@ -1,0 +1,32 @@
+import pytest
+
+from adc_bench.api import Agent
+from adc_bench.errors import UsageError
+from adc_bench.reference import BUILT_IN
+
+
+def test_the_built_in_names() -> None:
+    assert set(BUILT_IN) == {"thesis", "odometry-only", "stand-still"}
+
+
+def test_stand_still_is_an_agent_and_has_no_options() -> None:
+    assert isinstance(BUILT_IN["stand-still"]({}), Agent)
+    with pytest.raises(UsageError) as caught:
+        BUILT_IN["stand-still"]({"speed_mps": "1"})
+    assert "no options: this agent has none" in str(caught.value)
+
+
+def test_an_unknown_option_is_named_with_the_known_ones() -> None:
+    with pytest.raises(UsageError) as caught:
+        BUILT_IN["thesis"]({"sped_mps": "1"})
+    assert caught.value.exit_code == 2
+    assert "--set sped_mps=1" in str(caught.value)
+    assert "one of weights, speed_mps" in str(caught.value)
+
+
+@pytest.mark.parametrize("value", ["fast", "0", "-1", "nan", "inf", ""])
+def test_a_speed_that_is_no_number_above_0_is_refused(value: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        BUILT_IN["odometry-only"]({"speed_mps": value})
+    assert f"found:      {value!r}" in str(caught.value)
+    assert "a number above 0, such as 1.0" in str(caught.value)
