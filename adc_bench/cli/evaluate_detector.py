@@ -15,7 +15,7 @@ def detector(
     """Score a detector: average precision in all, by category, by light level, in the tunnel."""
     import msgspec
 
-    from adc_bench.cli.render import progress_bar
+    from adc_bench.cli.progress import progress_bar
     from adc_bench.cli.train_detector import print_score
     from adc_bench.dataset import FrameDataset
     from adc_bench.dataset.layout import write_file

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from adc_bench.cli.render import progress_bar
+from adc_bench.cli.progress import progress_bar
 from adc_bench.errors import UsageError
 
 if TYPE_CHECKING:

@@ -1,14 +1,13 @@
 """`adc-bench render`: a labelled dataset of a split."""
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
 
 import typer
 
+from adc_bench.cli.progress import progress_bar
 from adc_bench.errors import UsageError
 
 
@@ -60,19 +59,6 @@ def parse_size(text: str) -> tuple[int, int]:
         wanted="WIDTHxHEIGHT, each side 32 to 4096 pixels",
         todo="say, for instance, --size 640x480",
     )
-
-
-@contextmanager
-def progress_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
-    """Yield a function to be told how many are done; shows a bar on a terminal's stderr, nothing elsewhere."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
-        bar = progress.add_task(title, total=total)
-        yield lambda count: progress.update(bar, completed=count)
 
 
 def _print_summary(summary: Any, out: Path, elapsed_s: float, as_json: bool) -> None:

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from adc_bench.errors import MachineError
-
 if TYPE_CHECKING:
     from adc_bench.detector.evaluate import DetectionScore
 
@@ -23,8 +21,9 @@ def train_detector(
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that is in --out.")] = False,
 ) -> None:
     """Train a detector and score it on the validation pictures."""
-    from adc_bench.cli.render import progress_bar
+    from adc_bench.cli.progress import progress_bar
     from adc_bench.dataset import FrameDataset
+    from adc_bench.detector.device import choose_device
     from adc_bench.detector.recipe import RECIPES, load_recipe
     from adc_bench.detector.train import METRICS, WEIGHTS, steps_per_epoch
     from adc_bench.detector.train import train as train_run
@@ -37,26 +36,6 @@ def train_detector(
         report = train_run(recipe, training, validation, out, device=place, resume=resume, told=tell)
     typer.echo(f"{out / WEIGHTS}: {recipe.train.epochs} epochs on {len(training)} pictures; scores in {out / METRICS}")
     print_score(report.overall)
-
-
-def choose_device(device: Device) -> str:
-    """Return cpu or cuda.
-
-    Raises:
-        MachineError: cuda is asked for and there is none.
-    """
-    import torch
-
-    if device == "cuda" and not torch.cuda.is_available():
-        raise MachineError(
-            where="--device cuda",
-            found="no GPU that torch can use",
-            wanted="a CUDA device",
-            todo="leave --device out, or install a driver for the GPU",
-        )
-    if device == "auto":
-        return "cuda" if torch.cuda.is_available() else "cpu"
-    return device
 
 
 def print_score(score: "DetectionScore") -> None:

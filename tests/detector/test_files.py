@@ -10,8 +10,8 @@ from safetensors.torch import save_file
 from typer.testing import CliRunner
 
 from adc_bench.cli.main import app
-from adc_bench.cli.train_detector import choose_device
 from adc_bench.detector import Detector
+from adc_bench.detector.device import choose_device
 from adc_bench.detector.files import NOTE
 from adc_bench.detector.model import ModelConfig, build_network
 from adc_bench.detector.recipe import RECIPES, Recipe, load_recipe
