@@ -28,8 +28,8 @@ _MIRROR_CLASS = np.array([CATEGORIES.index(MIRRORED[name]) if name in MIRRORED e
 class AugmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How far a picture is changed: probabilities of a pasted sign (tried twice), of pasted stripes and of the mirror,
     largest zoom (in and out) as a factor, shift as a share of the picture, exposure in stops, gamma as a factor, white
-    balance as a factor per channel, and the share of an object that must stay in view for it to be learned rather than
-    ignored.
+    balance as a factor per channel, and the share of an object that must stay in view, and the smallest side in pixels
+    that its box must have, for it to be learned rather than ignored.
     """
 
     paste: float = 0.5
@@ -41,6 +41,7 @@ class AugmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     gamma: float = 1.3
     balance: float = 1.08
     kept_share: float = 0.4
+    side_min_px: float = 4.0
 
 
 def augment(config: AugmentConfig, example: Example, cuttings: Sequence[Cutting], rng: np.random.Generator) -> Example:
@@ -58,7 +59,8 @@ def augment(config: AugmentConfig, example: Example, cuttings: Sequence[Cutting]
     height, width, _ = example.rgb.shape
     shift_px = (config.shift * width * shift_x, config.shift * height * shift_y)
     example = zoom(example, config.zoom**log_zoom, shift_px, config.kept_share)
-    return relight(config, example, light)
+    too_small = (example.boxes[:, 2:] - example.boxes[:, :2]).min(axis=1, initial=np.inf) < config.side_min_px
+    return relight(config, example._replace(ignored=example.ignored | too_small), light)
 
 
 def mirror(example: Example) -> Example:

@@ -18,7 +18,9 @@ from adc_bench.errors import InputError
 
 
 class EpochRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What one epoch did: mean training losses, and the score of the averaged weights on the validation pictures."""
+    """What one epoch did: mean training losses, and the score of the averaged weights on the validation
+    pictures, if they were scored.
+    """
 
     epoch: int
     loss: float
@@ -26,7 +28,7 @@ class EpochRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     classes: float
     overlap: float
     distribution: float
-    validation: DetectionScore
+    validation: DetectionScore | None
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -35,6 +37,10 @@ class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     recipe: Recipe
     data_sha256: str
     history: tuple[EpochRecord, ...] = ()
+
+    def best_map(self) -> float:
+        """Return the best validation score so far, 0 if there is none."""
+        return max((record.validation.map for record in self.history if record.validation), default=0.0)
 
 
 def save_checkpoint(path: Path, progress: Progress, network: Network, average: Network, optimizer: Optimizer) -> None:

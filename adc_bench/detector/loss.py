@@ -18,7 +18,7 @@ class LossConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """How much each part weighs."""
 
     objects: float = 1.0
-    classes: float = 0.5
+    classes: float = 2.0
     overlap: float = 5.0
     distribution: float = 1.0
     assignment: AssignmentConfig = AssignmentConfig()

@@ -16,18 +16,20 @@ class TrainConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """The course of a run.
 
     An epoch shows every picture with an object, and `empty_share` of those without. `learning_rate` rises over
-    `warmup_steps` and falls to a hundredth along a cosine; the kept weights are a running mean with `average_decay` per
-    step. `threads` is part of it, for it decides the order of sums.
+    `warmup_steps` and falls to a hundredth along a cosine. Scored is the weights' running mean with `average_decay` a
+    step, after every `validate_every` epochs and after the last; the best are kept. `threads` is part of it, for it
+    decides the order of sums.
     """
 
     seed: int = 0
-    epochs: int = 16
-    batch: int = 16
+    epochs: int = 20
+    batch: int = 8
+    validate_every: int = 4
     empty_share: float = 0.3
     learning_rate: float = 2e-3
     weight_decay: float = 0.02
     warmup_steps: int = 60
-    average_decay: float = 0.995
+    average_decay: float = 0.99
     gradient_norm_max: float = 10.0
     threads: int = 2
     workers: int = 0

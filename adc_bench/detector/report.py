@@ -29,8 +29,9 @@ def draw_history(path: Path, history: Sequence[EpochRecord]) -> None:
     for name in ("loss", "objects", "classes", "overlap", "distribution"):
         left.plot(epochs, [getattr(record, name) for record in history], label=name)
     left.set(xlabel="epoch", ylabel="training loss", yscale="log")
-    right.plot(epochs, [record.validation.map for record in history], label="mAP50-95")
-    right.plot(epochs, [record.validation.map50 for record in history], label="mAP50")
+    scores = [(record.epoch + 1, record.validation) for record in history if record.validation]
+    right.plot([epoch for epoch, _ in scores], [score.map for _, score in scores], "o-", label="mAP50-95")
+    right.plot([epoch for epoch, _ in scores], [score.map50 for _, score in scores], "o-", label="mAP50")
     right.set(xlabel="epoch", ylabel="validation", ylim=(0, 1))
     _save(path, figure, (left, right))
 

@@ -63,10 +63,11 @@ def train(
     pictures = TrainingPictures(training, recipe.augment, recipe.train.seed, recipe.train.cache_bytes)
     for epoch in range(len(progress.history), recipe.train.epochs):
         losses = train_epoch(recipe, pictures, network, average, optimizer, epoch, told)
-        score = evaluate(average, validation).score()
-        record = EpochRecord(epoch=epoch, validation=score, **dict(zip(("loss", *Parts._fields), losses, strict=True)))
-        if score.map >= max((past.validation.map for past in progress.history), default=0.0):
+        score = evaluate(average, validation).score() if is_validated(recipe.train, epoch) else None
+        if score and score.map >= progress.best_map():
             save_weights(out / WEIGHTS, average)
+        parts = dict(zip(("loss", *Parts._fields), losses, strict=True))
+        record = EpochRecord(epoch=epoch, validation=score, **parts)
         progress = msgspec.structs.replace(progress, history=(*progress.history, record))
         save_checkpoint(out / CHECKPOINT, progress, network, average, optimizer)
         write_file(out / LOG, b"".join(msgspec.json.encode(past) + b"\n" for past in progress.history))
@@ -116,6 +117,11 @@ def steps_per_epoch(recipe: Recipe, training: LabelledPictures) -> int:
     """Return the number of batches in an epoch, the same for each."""
     pictures = TrainingPictures(training, recipe.augment, recipe.train.seed)
     return math.ceil(len(epoch_order(pictures, 0, recipe.train.empty_share)) / recipe.train.batch)
+
+
+def is_validated(config: TrainConfig, epoch: int) -> bool:
+    """Whether the weights are scored after this epoch (counted from 0)."""
+    return (epoch + 1) % config.validate_every == 0 or epoch + 1 == config.epochs
 
 
 def learning_rate(config: TrainConfig, step: int, steps: int) -> float:

@@ -45,4 +45,6 @@ def validation(val_folder: Path) -> FrameDataset:
 @pytest.fixture
 def quick() -> Recipe:
     """Three short epochs of a small network."""
-    return Recipe(train=TrainConfig(epochs=3, batch=8, warmup_steps=4, average_decay=0.9), model=SMALL)
+    return Recipe(
+        train=TrainConfig(epochs=3, batch=8, validate_every=2, warmup_steps=4, average_decay=0.9), model=SMALL
+    )

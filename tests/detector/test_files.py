@@ -80,7 +80,7 @@ def test_weights_that_cannot_be_used(weights: Path, tmp_path: Path) -> None:
     save_file(tensors, bad, metadata=_note(config={"stem": 20}))
     _refused(bad, "tensors that do not fit the network")
     save_file(
-        tensors | {"backbone.stem.0.weight": tensors["backbone.stem.0.weight"] * torch.nan}, bad, metadata=_note()
+        tensors | {"backbone.stem.0.0.weight": tensors["backbone.stem.0.0.weight"] * torch.nan}, bad, metadata=_note()
     )
     _refused(bad, "weights that are not finite numbers")
 
