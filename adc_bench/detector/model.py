@@ -146,12 +146,14 @@ def prepare(pictures: Tensor) -> Tensor:
     """Return pictures (n, h, w, 3) uint8 as network input (n, 3, h', w') float32: each with mean 0 and deviation about
     1, so that the light's level matters little, padded with zeros at the bottom and the right to multiples of 32.
     """
-    _, height, width, _ = pictures.shape
-    x = pictures.permute(0, 3, 1, 2).float()  # a view: already in the channels-last layout
-    deviation, mean = torch.std_mean(x, dim=(1, 2, 3), keepdim=True)
-    x = (x - mean) / (deviation + DEVIATION_FLOOR)
-    padding = (0, -width % STRIDES[-1], 0, -height % STRIDES[-1])
-    return nn.functional.pad(x, padding).contiguous(memory_format=torch.channels_last)
+    count, height, width, colours = pictures.shape
+    x = pictures.float()
+    x -= x.mean(dim=(1, 2, 3), keepdim=True)
+    deviation = x.square().mean(dim=(1, 2, 3), keepdim=True).sqrt()
+    padded_height, padded_width = (side + -side % STRIDES[-1] for side in (height, width))
+    padded = x.new_zeros(count, padded_height, padded_width, colours)
+    padded[:, :height, :width] = x.div_(deviation + DEVIATION_FLOOR)
+    return padded.permute(0, 3, 1, 2)  # a view, which already has the channels-last layout
 
 
 def build_network(config: ModelConfig, classes: int, seed: int = 0) -> Network:
