@@ -47,21 +47,38 @@ def paste_sign(example: Example, cutting: Cutting, rng: np.random.Generator) -> 
 
 
 def paste_stripes(example: Example, rng: np.random.Generator) -> Example:
-    """Return the example with a striped patch where nothing is labelled: stripes alone are no crosswalk. Draws into the
-    example's picture.
+    """Return the example with a patch of stripes or checks behind what is labelled: stripes alone are no crosswalk.
+    Draws into the example's picture.
     """
     full_height, full_width, _ = example.rgb.shape
-    width, height = int(rng.integers(20, full_width * 2 // 3)), int(rng.integers(12, full_height // 2))
-    period, angle, share = rng.uniform(5, 50), rng.uniform(0, np.pi), rng.uniform(0.25, 0.75)
-    colours = rng.integers(0, 256, size=(2, 3)) * rng.uniform(0.2, 1.0)
-    place = _free_place(example, width, height, rng)
-    if place is None:
-        return example
-    x, y = place
-    across = np.arange(width) * np.cos(angle) + np.arange(height)[:, None] * np.sin(angle)
-    light = (across / period % 1 < share)[..., None]
-    example.rgb[y : y + height, x : x + width] = np.where(light, *colours)
+    width, height = (
+        int(rng.integers(full_width // 8, full_width)),
+        int(rng.integers(full_height // 10, full_height // 2)),
+    )
+    x, y = int(rng.integers(0, full_width - width)), int(rng.integers(0, full_height - height))
+    angle = rng.choice([0.0, np.pi / 2]) + rng.normal(0, 0.2)
+    light = _stripes(width, height, angle, rng)
+    if rng.random() < 0.3:
+        light ^= _stripes(width, height, angle + np.pi / 2, rng)
+    grey, tint = rng.uniform(0.1, 1.0, size=(2, 1)), rng.normal(0, rng.choice([0.05, 0.3]), size=(2, 3))
+    dark, bright = np.clip((grey + tint) * example.rgb.max(), 0, 255).astype(np.uint8)
+    behind = np.ones((height, width, 1), dtype=np.bool_)
+    for x0, y0, x1, y1 in np.round(example.boxes - np.array([x, y, x, y])).astype(int).clip(min=0):
+        behind[y0:y1, x0:x1] = False
+    patch = example.rgb[y : y + height, x : x + width]
+    np.copyto(patch, np.where(light, bright, dark), where=behind)
     return example
+
+
+def _stripes(width: int, height: int, angle: float, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Return (height, width, 1): where the light stripes of a pattern lie that runs into the distance to one side."""
+    u, v = np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)[:, None]
+    period, share, phase = np.exp(rng.uniform(np.log(7), np.log(50))), rng.uniform(0.25, 0.75), rng.random()
+    fade_u, fade_v = rng.uniform(-0.4, 0.4, size=2)
+    nearness = 1 + np.float32(fade_u / width) * u + np.float32(fade_v / height) * v
+    across = (u * np.float32(np.cos(angle)) + v * np.float32(np.sin(angle))) / (nearness * np.float32(period))
+    light: NDArray[np.bool_] = ((across + np.float32(phase)) % 1 < share)[..., None]
+    return light
 
 
 def _free_place(example: Example, width: int, height: int, rng: np.random.Generator) -> tuple[int, int] | None:
