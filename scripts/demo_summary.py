@@ -11,10 +11,11 @@ def main() -> None:
     result = _read(demo / "drive" / "result.json")
     episode = result["episodes"][0]
     _section("made", [*(_dataset(demo / name) for name in ("train", "val")), *_files(demo)])
+    _section("trained", _detector(_read(demo / "detector" / "metrics.json")["overall"]))
     _section("driven", [f"{key}: {text}" for key, text in _drive(result, episode).items()])
     _section("time", [f"{seconds // 60} min {seconds % 60} s"])
-    if episode["status"] != "success":
-        sys.exit(f"error: the drive ended with {episode['status']}: {episode['reason']}")
+    if episode["completion"] < 1.0:
+        sys.exit(f"error: the drive ended after {episode['completion']:.0%} of its laps: {episode['reason']}")
 
 
 def _read(path: Path) -> Any:
@@ -27,8 +28,19 @@ def _dataset(folder: Path) -> str:
 
 
 def _files(demo: Path) -> list[str]:
-    names = ("detector/weights.safetensors", "drive/result.json", "leaderboard.json")
+    names = (
+        "detector/weights.safetensors",
+        "detector/predictions.png",
+        "drive/result.json",
+        "drive/paths.png",
+        "leaderboard.json",
+    )
     return [f"{demo / name}: {(demo / name).stat().st_size / 1e3:.0f} kB" for name in names]
+
+
+def _detector(score: dict[str, Any]) -> list[str]:
+    rows = (f"{name}: AP50 {row['ap50']:.3f} of {row['objects']}" for name, row in score["categories"].items())
+    return [f"mAP50 {score['map50']:.3f} on {score['pictures']} validation pictures", *rows]
 
 
 def _drive(result: dict[str, Any], episode: dict[str, Any]) -> dict[str, str]:
@@ -37,7 +49,9 @@ def _drive(result: dict[str, Any], episode: dict[str, Any]) -> dict[str, str]:
         "submission": f"{result['submission']['name']} on {result['suite']}: {episode['status']}",
         "score": f"{episode['driving_score']:.1f} of 100",
         "laps": ", ".join(f"{lap_s:.1f} s" for lap_s in episode["laps_s"]) or "none",
-        "position RMSE": f"{place['position_rmse_m']:.3f} m" if place else "no estimate",
+        "position RMSE": f"{place['position_rmse_m']:.3f} m (dead reckoning: {place['dead_reckoning_rmse_m']:.3f} m)"
+        if place
+        else "no estimate",
         "line touches": str(episode["driving"]["line_touches"]),
         "collisions": str(len(episode["collisions"])),
     }

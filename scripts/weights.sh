@@ -1,5 +1,5 @@
 #!/bin/sh
-# Trains the weights that ship with the package, from scratch, by a recorded recipe: hours on two cores.
+# Trains the weights that ship with the package, from scratch, by a recorded recipe: a quarter of an hour on two cores.
 # The pictures and the run stay in build/weights, so that a broken run goes on where it stopped.
 set -eu
 cd "$(dirname "$0")/.."

@@ -245,7 +245,7 @@ def _mipmapped(picture: TwoTone) -> sapien.render.RenderTexture2D:
     )
 
 
-# Surfaces come back from scenario to scenario; a family of looks has six floors and six walls (three kinds, two seeds).
+# Surfaces come back from scenario to scenario: a look has one of a few kinds of floor and wall, and one of two seeds.
 @lru_cache(maxsize=8)
 def _floor_texture(kind: str, seed: int, spec: CourseSpec) -> sapien.render.RenderTexture2D:
     return _mipmapped(floor_texture(FLOOR_KINDS[kind], seed, spec))
@@ -256,7 +256,7 @@ def _hall_texture(kind: str, seed: int, length_m: float, width_m: float) -> sapi
     return _mipmapped(hall_texture(FLOOR_KINDS[kind], seed, length_m, width_m))
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=32)
 def _wall_texture(kind: str, seed: int, length_m: float, height_m: float) -> sapien.render.RenderTexture2D:
     return _mipmapped(wall_texture(WALL_KINDS[kind], seed, length_m, height_m))
 

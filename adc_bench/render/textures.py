@@ -64,6 +64,11 @@ WALL_KINDS: Mapping[str, WallKind] = {
         albedo=(0.38, 0.18, 0.13), second=(0.55, 0.52, 0.48), joint_x_m=0.5, joint_z_m=0.24, staggered=True
     ),
     "panels": WallKind(albedo=(0.48, 0.36, 0.22), second=(0.14, 0.10, 0.06), joint_x_m=1.2, joint_z_m=1.3),
+    "banners": WallKind(albedo=(0.68, 0.66, 0.60), second=(0.42, 0.12, 0.10), joint_z_m=0.55, joint_width_m=0.2),
+    "slats": WallKind(albedo=(0.55, 0.46, 0.34), second=(0.12, 0.10, 0.08), joint_x_m=0.45, joint_width_m=0.16),
+    "ladder_bars": WallKind(
+        albedo=(0.20, 0.22, 0.24), second=(0.70, 0.62, 0.48), joint_x_m=1.1, joint_z_m=0.3, joint_width_m=0.08
+    ),
     "stripes": WallKind(albedo=(0.66, 0.70, 0.72), second=(0.10, 0.22, 0.45), joint_z_m=0.8, joint_width_m=0.3),
     "concrete": WallKind(albedo=(0.42, 0.42, 0.41), second=(0.28, 0.28, 0.28), joint_x_m=2.4, joint_z_m=1.0),
     "posters": WallKind(albedo=(0.75, 0.74, 0.70), second=(0.50, 0.10, 0.10), rectangles=18),
