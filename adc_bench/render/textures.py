@@ -173,7 +173,8 @@ def wall_texture(kind: WallKind, seed: int, length_m: float, height_m: float) ->
     x = (np.arange(width, dtype=np.float64) + 0.5) * METRES_PER_TEXEL_HALL
     z = height_m - (np.arange(height, dtype=np.float64) + 0.5) * METRES_PER_TEXEL_HALL
     second = np.zeros((height, width), np.float32)
-    second[_joints(kind, x, z)] = 1
+    spacing = rng.uniform(0.6, 1.4)  # the same kind of wall comes with narrower and wider joints
+    second[_joints(kind, x / spacing, z / spacing)] = 1
     if kind.band_m:
         second[z < kind.band_m] = 1
     if kind.fold_m:
