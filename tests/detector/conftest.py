@@ -14,8 +14,8 @@ PLAIN = AugmentConfig(paste=0.0, stripes=0.0, mirror=0.0, zoom=1.0, shift=0.0, e
 
 
 @pytest.fixture(autouse=True)
-def _two_threads() -> None:
-    torch.set_num_threads(2)
+def _one_thread() -> None:
+    torch.set_num_threads(1)
 
 
 @pytest.fixture(scope="session")
@@ -46,5 +46,6 @@ def validation(val_folder: Path) -> FrameDataset:
 def quick() -> Recipe:
     """Three short epochs of a small network."""
     return Recipe(
-        train=TrainConfig(epochs=3, batch=8, validate_every=2, warmup_steps=4, average_decay=0.9), model=SMALL
+        train=TrainConfig(threads=1, epochs=3, batch=8, validate_every=2, warmup_steps=4, average_decay=0.9),
+        model=SMALL,
     )

@@ -40,9 +40,9 @@ def _slow_assign(truth: Truth, scores: Tensor, boxes: Tensor) -> tuple[list[int]
         for p, (x, y) in enumerate(POINTS.tolist()):
             least = float(STRIDES[p]) * MINIMUM_STRIDES / 2
             half_x, half_y = max((box[2] - box[0]) / 2, least), max((box[3] - box[1]) / 2, least)
-            off = max(abs(x - (box[0] + box[2]) / 2) / half_x, abs(y - (box[1] + box[3]) / 2) / half_y)
-            if off < 1:
-                found[p] = float(scores[p]) ** 0.5 * overlap[b][p] ** 6 + FLOOR * (1 - off)
+            off_x, off_y = abs(x - (box[0] + box[2]) / 2) / half_x, abs(y - (box[1] + box[3]) / 2) / half_y
+            if off_x < 1 and off_y < 1:
+                found[p] = float(scores[p]) ** 0.5 * overlap[b][p] ** 6 + FLOOR * (1 - off_x) * (1 - off_y)
         alignments.append({p: found[p] for p in sorted(found, key=lambda p: -found[p])[: CONFIG.points_per_box]})
     for b, p in itertools.chain.from_iterable(((b, p) for p in found) for b, found in enumerate(alignments)):
         if overlap[b][p] > best_overlap[p]:
@@ -57,19 +57,17 @@ def _slow_assign(truth: Truth, scores: Tensor, boxes: Tensor) -> tuple[list[int]
 
 
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 6))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=40, deadline=None, derandomize=True)
 def test_assignment_agrees_with_the_slow_one(seed: int, count: int) -> None:
     truth, scores, boxes = _random_case(seed, count)
     fast = assign(CONFIG, truth, scores, boxes, POINTS, STRIDES)
     index, quality = _slow_assign(truth, scores, boxes)
     assert fast.quality.tolist() == pytest.approx(quality, abs=1e-5)
-    # Points without any overlap can tie; which of them a box takes is of no consequence.
-    matters = fast.quality > 1e-5
-    assert torch.equal(fast.box_index[matters], torch.tensor(index)[matters])
+    assert fast.box_index.tolist() == index
 
 
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 6))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=40, deadline=None, derandomize=True)
 def test_assignment_keeps_its_promises(seed: int, count: int) -> None:
     truth, scores, boxes = _random_case(seed, count)
     found = assign(CONFIG, truth, scores, boxes, POINTS, STRIDES)

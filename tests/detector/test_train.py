@@ -60,9 +60,9 @@ def _changed(recipe: Recipe, **changes: Any) -> Recipe:
 @pytest.fixture(scope="module")
 def finished(training: FrameDataset, validation: FrameDataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of an uninterrupted run of the quick recipe."""
-    torch.set_num_threads(2)
     recipe = Recipe(
-        train=TrainConfig(epochs=3, batch=8, validate_every=2, warmup_steps=4, average_decay=0.9), model=SMALL
+        train=TrainConfig(threads=1, epochs=3, batch=8, validate_every=2, warmup_steps=4, average_decay=0.9),
+        model=SMALL,
     )
     out = tmp_path_factory.mktemp("runs") / "whole"
     train(recipe, training, validation, out)
@@ -125,8 +125,8 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
 
 
 def test_a_handful_of_pictures_can_be_learned_by_heart(training: FrameDataset) -> None:
-    handful = Some(training, [i for i in range(len(training)) if _easy(training.annotations(i))][:4])
-    config = TrainConfig(epochs=250, batch=4, learning_rate=5e-3, warmup_steps=5, average_decay=0.8)
+    handful = Some(training, [i for i in range(len(training)) if _easy(training.annotations(i))][:3])
+    config = TrainConfig(epochs=200, batch=3, learning_rate=5e-3, warmup_steps=5, average_decay=0.8)
     recipe = Recipe(train=config, model=SMALL, augment=PLAIN)
     network, average = (build_network(SMALL, len(CATEGORIES)) for _ in range(2))
     optimizer = AdamW(weight_groups(network, config.weight_decay))
