@@ -72,8 +72,8 @@ def assign(
 
 
 def centredness(points: Tensor, strides: Tensor, boxes: Tensor) -> Tensor:
-    """Return (m, p): 1 for a point at the centre of a box, falling to 0 at its edge and outside; boxes (m, 4) are widened
-    to at least `MINIMUM_STRIDES` of the point's stride.
+    """Return (m, p): 1 for a point at the centre of a box, falling to 0 at its edge and outside; boxes (m, 4) are
+    widened to at least `MINIMUM_STRIDES` of the point's stride.
     """
     centre = (boxes[:, None, :2] + boxes[:, None, 2:]) / 2
     half = (boxes[:, None, 2:] - boxes[:, None, :2]) / 2
