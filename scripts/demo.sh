@@ -17,7 +17,7 @@ made_by=$(find adc_bench splits scripts/demo.sh -type f ! -name '*.pyc' | LC_ALL
 [ "$(cat "$demo/made-by" 2>/dev/null)" = "$made_by" ] || rm -rf "$demo"
 mkdir -p "$demo"
 echo "$made_by" >"$demo/made-by"
-run adc-bench render --split train --frames 1200 --out "$demo/train"
+run adc-bench render --split train --frames 2400 --out "$demo/train"
 run adc-bench render --split val --frames 400 --out "$demo/val"
 resume=--resume
 [ -e "$demo/detector/last.safetensors" ] || { rm -rf "$demo/detector" && resume=; }
