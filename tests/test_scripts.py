@@ -16,23 +16,28 @@ def test_every_script_is_plain_shell(script: Path) -> None:
     subprocess.run(["sh", "-n", str(script)], check=True)
 
 
-def demo_folder(root: Path, status: str) -> Path:
+def demo_folder(root: Path, completion: float) -> Path:
     coco = {"images": [{}, {}], "annotations": [{}]}
     episode = {
-        "status": status,
-        "reason": "laps-driven",
+        "status": "success",
+        "reason": "finished" if completion == 1.0 else "off-road",
+        "completion": completion,
         "laps_s": [41.25, 40.5],
         "driving_score": 95.0,
-        "localization": {"position_rmse_m": 0.0561},
+        "localization": {"position_rmse_m": 0.0561, "dead_reckoning_rmse_m": 0.25},
         "driving": {"line_touches": 1},
         "collisions": [],
     }
+    score = {"pictures": 2, "map50": 0.9, "categories": {"crosswalk": {"ap50": 0.95, "objects": 7}}}
     result = {"suite": "d1", "submission": {"name": "thesis"}, "episodes": [episode]}
     texts = {
         "train/annotations/instances.json": json.dumps(coco),
         "val/annotations/instances.json": json.dumps(coco),
         "detector/weights.safetensors": "x" * 2000,
+        "detector/predictions.png": "x",
+        "detector/metrics.json": json.dumps({"overall": score}),
         "drive/result.json": json.dumps(result),
+        "drive/paths.png": "x",
         "leaderboard.json": "{}",
     }
     for name, text in texts.items():
@@ -47,15 +52,19 @@ def summarise(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_summary_names_files_score_and_time(tmp_path: Path) -> None:
-    done = summarise(demo_folder(tmp_path / "demo", "success"))
+    done = summarise(demo_folder(tmp_path / "demo", 1.0))
     assert done.returncode == 0, done.stderr
     assert "  demo/train/: 2 pictures, 1 boxes\n" in done.stdout
     assert "  demo/detector/weights.safetensors: 2 kB\n" in done.stdout
-    assert "  score: 95.0 of 100\n  laps: 41.2 s, 40.5 s\n  position RMSE: 0.056 m\n" in done.stdout
+    assert (
+        "  score: 95.0 of 100\n  laps: 41.2 s, 40.5 s\n  position RMSE: 0.056 m (dead reckoning: 0.250 m)\n"
+        in done.stdout
+    )
+    assert "  mAP50 0.900 on 2 validation pictures\n  crosswalk: AP50 0.950 of 7\n" in done.stdout
     assert "  7 min 12 s\n" in done.stdout
 
 
 def test_a_drive_that_fails_fails_the_demo(tmp_path: Path) -> None:
-    done = summarise(demo_folder(tmp_path / "demo", "timeout"))
+    done = summarise(demo_folder(tmp_path / "demo", 0.4))
     assert done.returncode == 1
-    assert done.stderr == "error: the drive ended with timeout: laps-driven\n"
+    assert done.stderr == "error: the drive ended after 40% of its laps: off-road\n"
