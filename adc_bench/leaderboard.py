@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import msgspec
 
@@ -150,7 +150,17 @@ def _merit(entry: Entry) -> tuple[float, float, str]:
 
 def schema() -> bytes:
     """Return the JSON Schema of `leaderboard.json`; an entry's own is among its definitions."""
-    return to_json(msgspec.json.schema(Leaderboard))
+    return to_json(_unwrapped(msgspec.json.schema(Leaderboard)))
+
+
+def _unwrapped(node: Any) -> Any:
+    """Return a schema with its descriptions on one line: Pythons differ in how they indent docstrings."""
+    if isinstance(node, dict):
+        return {
+            key: " ".join(value.split()) if key == "description" and isinstance(value, str) else _unwrapped(value)
+            for key, value in node.items()
+        }
+    return [_unwrapped(value) for value in node] if isinstance(node, list) else node
 
 
 def table(board: Leaderboard) -> bytes:
