@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping
 from importlib import resources
 
+import cv2
 import numpy as np
 import sapien
 from numpy.typing import NDArray
@@ -139,12 +140,12 @@ class ArenaRenderer:
 
     def _label_ids(self, camera_name: str) -> NDArray[np.uint8]:
         picture: NDArray[np.uint8] = self._cameras[camera_name].get_picture("Label")
-        return np.ascontiguousarray(picture[..., 0])
+        return np.asarray(cv2.extractChannel(picture, 0), np.uint8)
 
     def _deliver(self, rgba: NDArray[np.uint8], camera_name: str, index: int, exposure: float) -> bytes:
         share = min(1.0, exposure / EXPOSURE_DARK)
         noise_sd = NOISE_SD_BRIGHT + (NOISE_SD_DARK - NOISE_SD_BRIGHT) * share
-        return deliver(rgba[..., :3], noise_sd, stream(self._scenario.seed, "noise", camera_name, index))
+        return deliver(rgba, noise_sd, stream(self._scenario.seed, "noise", camera_name, index))
 
     def _in_tunnel(self, point_world: NDArray[np.float64]) -> bool:
         scenario = self._scenario

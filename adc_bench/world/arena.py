@@ -57,6 +57,8 @@ class Tunnel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 PANEL_NAMES = ("panel_facing_west", "panel_facing_east")
+TUNNEL_ALBEDO = (0.12, 0.12, 0.13)
+JOINT_M = 0.01  # the tunnel's segments reach this far into each other
 
 
 def panel_solids(spec: ArenaSpec, course: Course) -> tuple[Solid, Solid]:
@@ -155,10 +157,6 @@ def tunnel_solids(spec: ArenaSpec, course: Course, tunnel: Tunnel) -> tuple[Soli
             _tunnel_roof(spec, f"tunnel_roof_{k:02d}", np.array([left[k], left[k + 1], right[k + 1], right[k]])),
         ]
     return tuple(solids)
-
-
-TUNNEL_ALBEDO = (0.12, 0.12, 0.13)
-JOINT_M = 0.01  # segments reach this far into each other
 
 
 def _tunnel_wall(spec: ArenaSpec, name: str, start: Array, end: Array) -> Solid:

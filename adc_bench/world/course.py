@@ -61,15 +61,6 @@ class CourseSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return (self.radius_centre_m + self.radius_outer_m) / 2
 
 
-class Circle(msgspec.Struct, frozen=True, kw_only=True):
-    """A circle that painted solid lines follow; a landmark of the map."""
-
-    name: str
-    x_m: float
-    y_m: float
-    radius_m: float
-
-
 @dataclass(frozen=True, kw_only=True)
 class Gate:
     """A segment across the lap at arc length `s_m`: `pose` is its middle and the driving direction."""
@@ -267,17 +258,6 @@ class Course:
         """Return the distance (n,) from each point (n, 2) to the nearest solid edge line's centre."""
         distance: Array = shapely.distance(self._edges, shapely.points(np.asarray(points_world, dtype=np.float64)))
         return distance
-
-    @cached_property
-    def circles(self) -> tuple[Circle, ...]:
-        """The circles of the map: both loops and both S-roads, by the radii of their solid lines."""
-        c = self.spec
-        return tuple(
-            Circle(name=f"{kind}_{side}_{which}", x_m=sign * centre, y_m=0.0, radius_m=radius)
-            for kind, centre in (("loop", c.loop_centre_x_m), ("s_road", c.s_road_centre_x_m))
-            for side, sign in (("east", 1.0), ("west", -1.0))
-            for which, radius in (("outer", c.radius_outer_m), ("inner", c.radius_inner_m))
-        )
 
     @cached_property
     def gates(self) -> tuple[Gate, ...]:

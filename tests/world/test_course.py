@@ -91,7 +91,7 @@ def test_dashes_have_their_length_and_keep_clear_of_crosswalk_and_mouth() -> Non
     dashes = [p for p in COURSE.paint if 0.008 < p.area < 0.0102]
     assert 105 < len(dashes) < 125
     crosswalk = shapely.Polygon(COURSE.crosswalk_corners)
-    assert min(d.distance(crosswalk) for d in dashes) == pytest.approx(0.0, abs=0.08)
+    assert min(d.distance(crosswalk) for d in dashes) == pytest.approx(COURSE.spec.dash_gap_at_crosswalk_m, abs=1e-3)
     straight = shapely.LineString([(-5.35, -2.225), (5.35, -2.225)])
     s_road = [d for d in dashes if 0.02 < d.distance(straight) < 1.0 and abs(d.centroid.x) < 3.2]
     assert min(d.distance(straight) for d in s_road) > 0.55
