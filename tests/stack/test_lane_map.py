@@ -25,7 +25,7 @@ def seen_line(left_m: float, s_from: float, s_to: float, pose: Pose2) -> LaneLin
 
 
 def test_the_landmarks_are_those_of_the_course() -> None:
-    circles = {(c.x_m, c.y_m) for c in Course().circles}
+    circles = {(5.35, 0.0), (-5.35, 0.0), (0.9, 0.0), (-0.9, 0.0)}  # loops and S-roads
     pieces = [piece for piece in MAP.lap.pieces if piece.curvature_pm]
     found = {tuple(np.round(centre, 9) + 0.0) for piece in pieces for centre in MAP.centres(piece.curvature_pm)}
     assert found == circles
