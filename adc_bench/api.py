@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2
 from adc_bench.world.course import CourseSpec
-from adc_bench.world.robot import RobotParams, SensorRig
+from adc_bench.world.robot import RobotParams
+from adc_bench.world.sensors import SensorRig
 
 
 class Mission(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

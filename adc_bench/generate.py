@@ -17,8 +17,8 @@ from adc_bench.engine import run_tasks
 from adc_bench.errors import UsageError
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.frame import Frame
-from adc_bench.world.robot import SensorRig
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
 
 
 class ShardTask(msgspec.Struct, frozen=True, kw_only=True):

@@ -79,7 +79,7 @@ def raw_rate(plan: "Manifest", frames: int) -> float:
     """Return raw frames/s over the first frames of the plan; loading an arena is not counted."""
     from adc_bench.dataset.sampling import draw_frame, draw_scenario, scenario_number
     from adc_bench.generate import process_renderer
-    from adc_bench.world.robot import SensorRig
+    from adc_bench.world.sensors import SensorRig
 
     rig = SensorRig(cameras=plan.cameras)
     renderer = process_renderer(rig)

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from adc_bench.dataset.split import Split
-from adc_bench.world.robot import CameraMount
+from adc_bench.world.sensors import CameraMount
 
 SCHEMA = 1
 FRAMES_PER_SHARD = 64

@@ -14,9 +14,11 @@ from adc_bench.geometry import Pose2, Pose3, rotation_zyx
 from adc_bench.world.arena import Tunnel
 from adc_bench.world.categories import PANEL_SIGNS, PanelSign
 from adc_bench.world.course import Course
+from adc_bench.world.layout import Layout
 from adc_bench.world.look import draw_look
-from adc_bench.world.robot import RobotParams, SensorRig, draw_robot_truth
+from adc_bench.world.robot import RobotParams, draw_robot_truth
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
 from adc_bench.world.streams import stream
 
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -56,7 +58,7 @@ def draw_scenario(split: Split, number: int, rig: SensorRig) -> Scenario:
         look=draw_look(split.looks, stream(seed, "look"), levels[number % len(levels)]),
         robot_truth=draw_robot_truth(robot, stream(seed, "robot")),
         panel_sign=PANEL_SIGNS[number % len(PANEL_SIGNS)],
-        tunnel=_draw_tunnel(stream(seed, "tunnel")) if _has_tunnel(split, number) else None,
+        layout=Layout(tunnel=_draw_tunnel(stream(seed, "tunnel")) if _has_tunnel(split, number) else None),
         robot=robot,
         rig=rig,
     )

@@ -5,7 +5,8 @@ import msgspec
 from adc_bench.sim import DYNAMICS, DynamicsSpec
 from adc_bench.world.arena import ArenaSpec
 from adc_bench.world.course import CourseSpec
-from adc_bench.world.robot import RobotParams, SensorRig
+from adc_bench.world.robot import RobotParams
+from adc_bench.world.sensors import SensorRig
 
 
 class Points(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Path
-from adc_bench.world.arena import Solid, road_centre, tunnel_s_on_centre
+from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.look import Look
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
 UNIT_LUX = 300.0

@@ -18,8 +18,8 @@ from adc_bench.render.scene import StaticScene, sapien_pose
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.frame import Conditions, Frame
-from adc_bench.world.robot import CameraMount, SensorRig
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import CameraMount, SensorRig
 from adc_bench.world.streams import stream
 
 NEAR_M, FAR_M = 0.05, 40.0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.render.light import Lighting
-from adc_bench.world.arena import Solid
+from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
 # The six faces of a box in its own frame: (normal axis, sign).

@@ -2,7 +2,6 @@
 
 from adc_bench.sim.chassis import ChassisSpec
 from adc_bench.sim.contacts import Contact
-from adc_bench.sim.sensors import ImuSpec
 from adc_bench.sim.simulation import DYNAMICS, DynamicsSpec, RobotState, Simulation
 
-__all__ = ["DYNAMICS", "ChassisSpec", "Contact", "DynamicsSpec", "ImuSpec", "RobotState", "Simulation"]
+__all__ = ["DYNAMICS", "ChassisSpec", "Contact", "DynamicsSpec", "RobotState", "Simulation"]

@@ -2,29 +2,17 @@
 
 import math
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.api import EncoderSamples, ImuSamples
 from adc_bench.geometry import wrap_array_rad
 from adc_bench.sim.surfaces import GRAVITY_MPS2
+from adc_bench.world.sensors import ImuSpec
 from adc_bench.world.streams import stream
 
 Array = NDArray[np.float64]
 _UP_MPS2 = np.array([0.0, 0.0, GRAVITY_MPS2])  # what an accelerometer feels at rest
-
-
-class ImuSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The inertial unit's errors beside the gyro bias drawn with the robot; our own choice, part of the rules.
-
-    The figures are those of a common MEMS unit, its band limited to half the sampling rate.
-    """
-
-    gyro_noise_radps: float = math.radians(0.1)  # sd of one sample
-    gyro_walk_radps_sqrts: float = math.radians(0.005)  # sd of the bias' change over one second
-    acceleration_noise_mps2: float = 0.05  # sd of one sample
-    acceleration_bias_mps2: float = 0.05  # sd over robots
 
 
 class Encoders:

@@ -10,7 +10,7 @@ from adc_bench.geometry import Pose2, Pose3
 from adc_bench.sim.chassis import ChassisSpec, add_chassis
 from adc_bench.sim.contacts import Contact, ContactLog
 from adc_bench.sim.drive import Motion, limit, ramp, wheel_speeds_radps
-from adc_bench.sim.sensors import Encoders, Imu, ImuSpec
+from adc_bench.sim.sensors import Encoders, Imu
 from adc_bench.sim.surfaces import add_floor, add_solid, physics
 from adc_bench.world.scenario import Scenario
 
@@ -22,7 +22,6 @@ class DynamicsSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     settling_s: float = 0.5  # before time 0
     solid_friction: float = 0.8
     chassis: ChassisSpec = ChassisSpec()
-    imu: ImuSpec = ImuSpec()
 
 
 DYNAMICS = DynamicsSpec()
@@ -52,8 +51,8 @@ class Simulation:
     ) -> None:
         self._robot, self._rate_hz = scenario.robot, dynamics.physics_rate_hz
         self._substeps = _whole(control_period_s * self._rate_hz)
-        self._encoder_every = _whole(self._rate_hz / scenario.rig.encoder_rate_hz)
-        self._imu_every = _whole(self._rate_hz / scenario.rig.imu_rate_hz)
+        self._encoder_every = _whole(self._rate_hz / scenario.rig.encoders.rate_hz)
+        self._imu_every = _whole(self._rate_hz / scenario.rig.imu.rate_hz)
         self._system = physics(self._rate_hz)
         self._scene = sapien.Scene([self._system])
         add_floor(self._scene)
@@ -62,16 +61,16 @@ class Simulation:
         self._chassis = add_chassis(self._scene, dynamics.chassis, self._robot, scenario.robot_truth, start_pose)
         for _ in range(_whole(dynamics.settling_s * self._rate_hz)):
             self._system.step()
-        self._start_instruments(scenario, dynamics.imu)
+        self._start_instruments(scenario)
 
-    def _start_instruments(self, scenario: Scenario, imu: ImuSpec) -> None:
+    def _start_instruments(self, scenario: Scenario) -> None:
         chassis = self._chassis
         self._physics_step, self._motion, self._contacts = 0, Motion(), ContactLog()
         self._encoders = Encoders(scenario.seed, self._robot.encoder_ticks_per_turn, chassis.wheel_angles_rad())
-        period_s = 1 / scenario.rig.imu_rate_hz
+        period_s = 1 / scenario.rig.imu.rate_hz
         bias_radps = scenario.robot_truth.gyro_bias_radps
         rotation = chassis.pose_world_robot().rotation
-        self._imu = Imu(scenario.seed, imu, bias_radps, period_s, rotation, chassis.velocity_mps())
+        self._imu = Imu(scenario.seed, scenario.rig.imu, bias_radps, period_s, rotation, chassis.velocity_mps())
         self._sample_sensors()
 
     @property

@@ -7,7 +7,7 @@ import sapien
 from sapien import physx
 
 from adc_bench.geometry import Pose3
-from adc_bench.world.arena import Solid
+from adc_bench.world.solids import Solid
 
 GRAVITY_MPS2 = 9.81
 

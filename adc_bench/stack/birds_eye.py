@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from adc_bench.world.robot import CameraMount
+from adc_bench.world.sensors import CameraMount
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.uint8]

@@ -1,33 +1,16 @@
 """What stands on the floor, as data: gantry, panels, walls and tunnel, each a set of solid boxes."""
 
 import math
-from typing import Literal
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.geometry import Path, Pose3, rotation_zyx
+from adc_bench.geometry import Path
 from adc_bench.world.course import Course
+from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
-Kind = Literal["gantry", "panel", "wall", "tunnel"]
-
-
-class Solid(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A solid box: its centre, size along its own axes, and attitude (yaw, then pitch: nose down positive)."""
-
-    name: str
-    kind: Kind
-    centre_m: tuple[float, float, float]
-    size_m: tuple[float, float, float]
-    yaw_rad: float = 0.0
-    pitch_rad: float = 0.0
-    albedo: tuple[float, float, float] = (0.8, 0.8, 0.8)
-
-    def pose_world_solid(self) -> Pose3:
-        """Return where the box' centre and axes are in the world."""
-        return Pose3(rotation=rotation_zyx(self.yaw_rad, self.pitch_rad, 0.0), translation_m=np.array(self.centre_m))
 
 
 class ArenaSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -6,7 +6,6 @@ import msgspec
 
 from adc_bench.world.arena import (
     ArenaSpec,
-    Solid,
     Tunnel,
     gantry_solids,
     panel_solids,
@@ -15,8 +14,13 @@ from adc_bench.world.arena import (
 )
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.course import Course, CourseSpec
+from adc_bench.world.furniture import Furniture
+from adc_bench.world.layout import Layout
 from adc_bench.world.look import Look
-from adc_bench.world.robot import RobotParams, RobotTruth, SensorRig
+from adc_bench.world.robot import RobotParams, RobotTruth
+from adc_bench.world.sensors import SensorRig
+from adc_bench.world.signs import VerticalSign
+from adc_bench.world.solids import Body, Solid
 
 
 class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, dict=True):
@@ -27,7 +31,9 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     look: Look
     robot_truth: RobotTruth
     panel_sign: PanelSign
-    tunnel: Tunnel | None = None
+    layout: Layout = Layout()
+    signs: tuple[VerticalSign, ...] = ()
+    furniture: tuple[Furniture, ...] = ()
     course_spec: CourseSpec = CourseSpec()
     arena_spec: ArenaSpec = ArenaSpec()
     robot: RobotParams = RobotParams()
@@ -37,6 +43,16 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     def course(self) -> Course:
         """The road."""
         return Course(spec=self.course_spec)
+
+    @property
+    def tunnel(self) -> Tunnel | None:
+        """The tunnel, if there is one."""
+        return self.layout.tunnel
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """Everything that can be pushed: boxes, cones, chairs."""
+        return ()
 
     @cached_property
     def solids(self) -> tuple[Solid, ...]:

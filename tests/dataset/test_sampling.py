@@ -12,8 +12,8 @@ from adc_bench.dataset import load_split
 from adc_bench.dataset.sampling import FramePlan, draw_frame, draw_scenario, scenario_number
 from adc_bench.world.categories import PANEL_SIGNS
 from adc_bench.world.look import LIGHT_LEVELS
-from adc_bench.world.robot import SensorRig
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
 
 RIG = SensorRig()
 VAL = load_split("val")

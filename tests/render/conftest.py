@@ -7,9 +7,11 @@ import pytest
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.arena import Tunnel
 from adc_bench.world.categories import PanelSign
+from adc_bench.world.layout import Layout
 from adc_bench.world.look import LightLevel, LookFamily, draw_look
-from adc_bench.world.robot import RobotParams, SensorRig, draw_robot_truth
+from adc_bench.world.robot import RobotParams, draw_robot_truth
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
 from adc_bench.world.streams import stream
 
 FAMILY = LookFamily(floors=("charcoal_vinyl", "grey_carpet"), walls=("brick", "plaster"), light_sets=("window_left",))
@@ -31,7 +33,7 @@ def scenario_of() -> Callable[..., Scenario]:
             look=draw_look(FAMILY, stream(seed, "look"), level),
             robot_truth=draw_robot_truth(RobotParams(), stream(seed, "robot")),
             panel_sign=sign,
-            tunnel=tunnel,
+            layout=Layout(tunnel=tunnel),
         )
 
     return make

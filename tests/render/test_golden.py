@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.arena import Tunnel
+from adc_bench.world.layout import Layout
 from adc_bench.world.look import LightLevel, LookFamily, draw_look
-from adc_bench.world.robot import RobotParams, SensorRig, draw_robot_truth
+from adc_bench.world.robot import RobotParams, draw_robot_truth
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
 from adc_bench.world.streams import stream
 
 FOLDER = Path(__file__).parent / "golden"
@@ -32,7 +34,7 @@ def picture(renderer: ArenaRenderer, level: LightLevel) -> NDArray[np.uint8]:
         look=draw_look(FAMILY, stream(11, "look", level), level),
         robot_truth=draw_robot_truth(RobotParams(), stream(11, "robot")),
         panel_sign="left",
-        tunnel=tunnel,
+        layout=Layout(tunnel=tunnel),
     )
     renderer.load(scenario)
     rgba, _ = renderer.raw(camera, scenario.course.lap.pose(s_m).to_pose3())

@@ -9,8 +9,8 @@ from adc_bench.geometry import Pose2
 from adc_bench.render import ArenaRenderer
 from adc_bench.render.labels import Target, labels_of, projected_outline, tight_box
 from adc_bench.world.categories import CATEGORY_ID
-from adc_bench.world.robot import SensorRig
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
 
 
 def test_the_tight_box_is_the_brute_force_one() -> None:

@@ -107,7 +107,8 @@ DIGEST = """
 import hashlib
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.look import LookFamily, draw_look
-from adc_bench.world.robot import RobotParams, SensorRig, draw_robot_truth
+from adc_bench.world.robot import RobotParams, draw_robot_truth
+from adc_bench.world.sensors import SensorRig
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.streams import stream
 family = LookFamily(floors=("felt",), walls=("blocks",), light_sets=("window_left",))

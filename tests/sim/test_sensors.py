@@ -8,10 +8,17 @@ from numpy.typing import NDArray
 
 from adc_bench.api import EncoderSamples, ImuSamples
 from adc_bench.geometry import Pose2
-from adc_bench.sim import DYNAMICS, DynamicsSpec, ImuSpec, Simulation
+from adc_bench.sim import Simulation
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import ImuSpec
 
 Draw = Callable[[int], Scenario]
+
+
+def with_imu(scenario: Scenario, imu: ImuSpec) -> Scenario:
+    return msgspec.structs.replace(scenario, rig=msgspec.structs.replace(scenario.rig, imu=imu))
+
+
 QUIET = ImuSpec(
     gyro_noise_radps=0.0, gyro_walk_radps_sqrts=0.0, acceleration_noise_mps2=0.0, acceleration_bias_mps2=0.0
 )
@@ -20,8 +27,7 @@ QUIET = ImuSpec(
 def drive(
     scenario: Scenario, start: Pose2, steps: int = 60, imu: ImuSpec | None = None
 ) -> tuple[Simulation, EncoderSamples, ImuSamples, NDArray[np.float64]]:
-    dynamics = DynamicsSpec(imu=imu) if imu else DYNAMICS
-    sim = Simulation(scenario, start, dynamics=dynamics)
+    sim = Simulation(with_imu(scenario, imu) if imu else scenario, start)
     yaws = [sim.state().pose_world_robot.yaw_rad]
     for k in range(steps):
         sim.advance(1.0, 0.6 * math.sin(0.1 * k))
@@ -86,14 +92,14 @@ def test_gyro_errors_have_the_stated_size(drawn: Draw, start: Pose2) -> None:
     _, _, noisy, _ = drive(arena, start, steps=400)
     _, _, quiet, _ = drive(msgspec.structs.replace(arena), start, steps=400, imu=QUIET)
     error = noisy.yaw_rate_radps - quiet.yaw_rate_radps
-    assert np.diff(error).std() == pytest.approx(math.sqrt(2) * DYNAMICS.imu.gyro_noise_radps, rel=0.1)
-    assert abs(error.mean()) < 4 * DYNAMICS.imu.gyro_walk_radps_sqrts * math.sqrt(20)
+    assert np.diff(error).std() == pytest.approx(math.sqrt(2) * ImuSpec().gyro_noise_radps, rel=0.1)
+    assert abs(error.mean()) < 4 * ImuSpec().gyro_walk_radps_sqrts * math.sqrt(20)
     at_rest = quiet.yaw_rate_radps[0]
     assert at_rest == pytest.approx(arena.robot_truth.gyro_bias_radps, abs=1e-6)
 
 
 def test_accelerometer_feels_the_ramp_and_then_nothing(nominal: Scenario, start: Pose2) -> None:
-    sim = Simulation(nominal, start, dynamics=DynamicsSpec(imu=QUIET))
+    sim = Simulation(with_imu(nominal, QUIET), start)
     for _ in range(40):
         sim.advance(1.0, 0.0)
     _, imu = sim.read_sensors()
@@ -105,7 +111,7 @@ def test_accelerometer_feels_the_ramp_and_then_nothing(nominal: Scenario, start:
 def test_each_error_has_its_own_stream(drawn: Draw, start: Pose2) -> None:
     arena = drawn(12)
     _, encoders, imu, yaws = drive(arena, start)
-    louder = msgspec.structs.replace(DYNAMICS.imu, acceleration_noise_mps2=1.0)
+    louder = msgspec.structs.replace(ImuSpec(), acceleration_noise_mps2=1.0)
     _, encoders2, imu2, yaws2 = drive(arena, start, imu=louder)
     assert (imu.acceleration_x_mps2 != imu2.acceleration_x_mps2).all()
     assert imu.yaw_rate_radps.tobytes() == imu2.yaw_rate_radps.tobytes()

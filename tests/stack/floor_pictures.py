@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2
 from adc_bench.world.course import Course
-from adc_bench.world.robot import CameraMount, SensorRig
+from adc_bench.world.sensors import CameraMount, SensorRig
 
 PER_M = 200
 X0_M, Y0_M, X1_M, Y1_M = -9.5, -5.0, 9.5, 4.5

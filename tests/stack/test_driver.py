@@ -17,7 +17,8 @@ from adc_bench.stack.driver import arc_step
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.course import Course, CourseSpec
 from adc_bench.world.frame import Detections
-from adc_bench.world.robot import RobotParams, SensorRig
+from adc_bench.world.robot import RobotParams
+from adc_bench.world.sensors import SensorRig
 
 START = Pose2(x_m=-0.65, y_m=-2.6125, yaw_rad=0.0)
 LAP = Course().lap

@@ -7,7 +7,8 @@ from adc_bench.world.arena import ArenaSpec, Tunnel, gantry_solids, panel_solids
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID, PANEL_SIGNS
 from adc_bench.world.course import Course
 from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_LEVELS, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
-from adc_bench.world.robot import RobotParams, SensorRig, draw_robot_truth
+from adc_bench.world.robot import RobotParams, draw_robot_truth
+from adc_bench.world.sensors import SensorRig
 from adc_bench.world.streams import stream
 
 COURSE, SPEC = Course(), ArenaSpec()
