@@ -59,14 +59,40 @@ class ImuSamples:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class LaserScan:
+    """One scan: ranges_m (beams,); beam k looks at the angle -field / 2 + k step, left positive, as its spec says."""
+
+    time_s: float
+    ranges_m: NDArray[np.float64]
+
+
+class SeenObject(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An object that a semantic camera has in view, and where it is, seen from the robot.
+
+    The pose is on the floor: the crosswalk's middle with the road's direction there; where a sign or panel hangs and
+    the way it faces; where a box or cone stands.
+    """
+
+    category: str
+    instance: str
+    pose_robot_object: Pose2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Observation:
-    """What the sensors delivered up to `time_s`; `pictures` holds the cameras that fired at this step."""
+    """What the sensors delivered up to `time_s`; `pictures` holds the cameras that fired at this step.
+
+    `laser` is the newest scan that became due at this step, None if none did; `objects` is what the rig's semantic
+    camera has in view, empty without one.
+    """
 
     step: int
     time_s: float
     pictures: Mapping[str, Picture]
     encoders: EncoderSamples
     imu: ImuSamples
+    laser: LaserScan | None = None
+    objects: tuple[SeenObject, ...] = ()
 
 
 class Command(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
