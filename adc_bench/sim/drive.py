@@ -2,16 +2,7 @@
 
 import math
 
-import msgspec
-
-from adc_bench.world.robot import RobotParams
-
-
-class Motion(msgspec.Struct, frozen=True, kw_only=True):
-    """Forward speed and turn rate, left positive."""
-
-    v_mps: float = 0.0
-    omega_radps: float = 0.0
+from adc_bench.world.robot import Motion, RobotParams
 
 
 def limit(robot: RobotParams, wanted: Motion) -> Motion:

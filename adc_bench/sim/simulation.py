@@ -9,9 +9,10 @@ from adc_bench.api import EncoderSamples, ImuSamples
 from adc_bench.geometry import Pose2, Pose3
 from adc_bench.sim.chassis import ChassisSpec, add_chassis
 from adc_bench.sim.contacts import Contact, ContactLog
-from adc_bench.sim.drive import Motion, limit, ramp, wheel_speeds_radps
+from adc_bench.sim.drive import limit, ramp, wheel_speeds_radps
 from adc_bench.sim.sensors import Encoders, Imu
 from adc_bench.sim.surfaces import add_floor, add_solid, physics
+from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 
 

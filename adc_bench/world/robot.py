@@ -6,6 +6,13 @@ import msgspec
 import numpy as np
 
 
+class Motion(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Forward speed and turn rate, left positive."""
+
+    v_mps: float = 0.0
+    omega_radps: float = 0.0
+
+
 class RobotParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A differential-drive robot's nominal figures (default: `pioneer`); part of the rules."""
 
