@@ -1,5 +1,7 @@
 """The bird's-eye view: pixels of a camera on the robot <-> metres on the floor, through the nominal calibration.
 
+Every way goes through the calibrated camera, its lens included.
+
 Floor points are (x ahead, y left) in the robot frame; a floor picture's row 0 is the far edge, column 0 the left one.
 """
 
@@ -10,11 +12,14 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from adc_bench.geometry import Camera, Pose3
 from adc_bench.world.sensors import CameraMount
 
 Array = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
+
+HORIZON = 1e-9  # a ray that falls less than this per unit of depth meets no floor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,87 +59,71 @@ class BirdsEye:
     region: FloorRegion = FloorRegion()
 
     @cached_property
-    def _pixel_from_floor(self) -> Array:
-        return floor_homography(self.mount)
+    def _camera(self) -> Camera:
+        return self.mount.camera()
 
     @cached_property
-    def _pixel_from_cell(self) -> Array:
-        """Homography from (column, row) to the picture's array indices, for cv2.warpPerspective."""
-        r = self.region
-        floor_from_cell = np.array(
-            [
-                [0.0, -r.cell_m, r.x_far_m - r.cell_m / 2],
-                [-r.cell_m, 0.0, r.half_width_m - r.cell_m / 2],
-                [0.0, 0.0, 1.0],
-            ]
-        )
+    def _pose_robot_camera(self) -> Pose3:
+        return self.mount.pose_robot_camera()
+
+    @cached_property
+    def _pose_camera_robot(self) -> Pose3:
+        return self._pose_robot_camera.inverse()
+
+    @cached_property
+    def _cell_indices(self) -> Array:
+        """The picture's array indices (rows, columns, 2), not rounded, of every cell; nan behind the camera."""
+        rows, columns = self.region.shape
+        column, row = np.meshgrid(np.arange(columns), np.arange(rows))
+        points = self.region.points(np.stack([column.ravel(), row.ravel()], axis=1))
         # Pixel centres are at whole numbers plus one half, array indices at whole numbers.
-        index_from_pixel = np.array([[1.0, 0.0, -0.5], [0.0, 1.0, -0.5], [0.0, 0.0, 1.0]])
-        homography: Array = index_from_pixel @ self._pixel_from_floor @ floor_from_cell
-        return homography
+        return (self.to_pixels(points) - 0.5).reshape(rows, columns, 2)
+
+    @cached_property
+    def _tables(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Columns and rows of the picture at which the cells look, for cv2.remap; outside it, at its border."""
+        last = (self.mount.width_px - 1, self.mount.height_px - 1)
+        indices = np.clip(np.nan_to_num(self._cell_indices), 0.0, last).astype(np.float32)
+        return np.ascontiguousarray(indices[..., 0]), np.ascontiguousarray(indices[..., 1])
 
     @cached_property
     def seen(self) -> Mask:
         """The cells (rows, columns) inside the picture."""
-        whole = np.full((self.mount.height_px, self.mount.width_px), 255, dtype=np.uint8)
-        rows, columns = self.region.shape
-        flags = cv2.WARP_INVERSE_MAP | cv2.INTER_NEAREST
-        return cv2.warpPerspective(whole, self._pixel_from_cell, (columns, rows), flags=flags) > 0
+        limits = np.array([self.mount.width_px, self.mount.height_px]) - 0.5
+        return np.asarray(np.all((self._cell_indices > -0.5) & (self._cell_indices < limits), axis=2))
 
     def grey(self, rgb: NDArray[np.uint8]) -> Grey:
         """Return the floor picture (rows, columns) of a picture (height, width, 3); unseen cells repeat its border."""
         # The blue channel is the noisiest under warm light and JPEG; OpenCV's weights keep it at 11 %.
         grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
-        rows, columns = self.region.shape
-        flags = cv2.WARP_INVERSE_MAP | cv2.INTER_LINEAR
-        floor = cv2.warpPerspective(
-            grey, self._pixel_from_cell, (columns, rows), flags=flags, borderMode=cv2.BORDER_REPLICATE
-        )
-        return np.asarray(floor, dtype=np.uint8)
+        return np.asarray(cv2.remap(grey, *self._tables, cv2.INTER_LINEAR), dtype=np.uint8)
 
     def to_floor(self, pixels_px: ArrayLike) -> Array:
         """Return the floor points (n, 2) under pixels (n, 2); nan at and above the horizon."""
-        return _apply(self._floor_from_pixel, pixels_px, scale_sign=self._floor_side)
+        pose = self._pose_robot_camera
+        rays = self._camera.rays(pixels_px) @ pose.rotation.T
+        down = np.where(rays[:, 2] < -HORIZON, -rays[:, 2], np.nan)
+        points: Array = pose.translation_m[:2] + rays[:, :2] * (pose.translation_m[2] / down)[:, None]
+        return points
 
     def to_pixels(self, points_robot: ArrayLike) -> Array:
         """Return the pixels (n, 2) of floor points (n, 2); nan behind the camera."""
-        return _apply(self._pixel_from_floor, points_robot, scale_sign=1.0)
-
-    @cached_property
-    def _floor_from_pixel(self) -> Array:
-        return np.asarray(np.linalg.inv(self._pixel_from_floor), dtype=np.float64)
-
-    @cached_property
-    def _floor_side(self) -> float:
-        """Sign of the inverse homography's scale for pixels below the horizon."""
-        below = np.array([self.mount.width_px / 2, 1e6, 1.0])
-        return float(np.sign((self._floor_from_pixel @ below)[2]))
+        points = np.asarray(points_robot, dtype=np.float64)
+        pose = self._pose_camera_robot
+        return self._camera.project(points @ pose.rotation[:, :2].T + pose.translation_m)
 
     def tilt_jacobian(self, points_robot: ArrayLike) -> Array:
         """Return (n, 2, 2): how floor points (n, 2) move per radian of unknown camera pitch and roll.
 
-        Central differences through the exact homographies: a point is seen by the tilted camera and laid out by the
-        nominal one.
+        A point is seen by the tilted camera and laid out by the nominal one. The pixel between them bends both rays
+        alike, so the lens drops out: a tilt about an axis a turns the ray v to the point by v x a, and the floor cuts
+        the turned ray. Pitch turns about the robot's y axis, roll about the line of sight.
         """
-        step = 1e-5
+        pose = self._pose_robot_camera
+        x, y = (np.asarray(points_robot, dtype=np.float64) - pose.translation_m[:2]).T
+        ahead, height = pose.rotation[:, 2], pose.translation_m[2]
         columns = []
-        for pitch, roll in ((step, 0.0), (0.0, step)):
-            ahead = self.to_floor(_apply(floor_homography(self.mount, pitch, roll), points_robot, scale_sign=1.0))
-            behind = self.to_floor(_apply(floor_homography(self.mount, -pitch, -roll), points_robot, scale_sign=1.0))
-            columns.append((ahead - behind) / (2 * step))
+        for ax, ay, az in ((0.0, 1.0, 0.0), ahead):
+            by_x, by_y, by_z = y * az + height * ay, -height * ax - x * az, x * ay - y * ax
+            columns.append(np.stack([by_x + x * by_z / height, by_y + y * by_z / height], axis=1))
         return np.stack(columns, axis=2)
-
-
-def floor_homography(mount: CameraMount, pitch_error_rad: float = 0.0, roll_error_rad: float = 0.0) -> Array:
-    """Return H (3, 3), pixel ~ H (x, y, 1) for floor points in the robot frame: K [r1 r2 t] of pose_camera_robot."""
-    camera_robot = mount.pose_robot_camera(pitch_error_rad, roll_error_rad).inverse().matrix()
-    homography: Array = mount.camera().matrix() @ camera_robot[:3][:, [0, 1, 3]]
-    return homography
-
-
-def _apply(homography: Array, points: ArrayLike, scale_sign: float) -> Array:
-    p = np.asarray(points, dtype=np.float64)
-    q = p @ homography[:, :2].T + homography[:, 2]
-    scale = np.where(q[:, 2] * scale_sign > 1e-12, q[:, 2], np.nan)
-    result: Array = q[:, :2] / scale[:, None]
-    return result

@@ -2,8 +2,8 @@
 
 import math
 
-import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2
@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 BORDER_PX = 3.0  # a side this near the picture's border may be cut off by it
 STEP_M = 0.01
+EDGE_STEP_M = 0.1  # a lens bends the edges; a chord this long stays within a tenth of a pixel of them
 LONGEST_MOVE_M = 0.3
 
 
@@ -31,7 +32,7 @@ def place_of_box(box_px: BoxPx, road_yaw_rad: float, pattern: CrosswalkPattern, 
         return None
     place = near + pattern.half_size_m[0] * np.array([math.cos(road_yaw_rad), math.sin(road_yaw_rad)])
     for _ in range(6):
-        boxes = np.stack([_box(place + step, road_yaw_rad, pattern, birds_eye) for step in np.eye(3, 2, -1) * STEP_M])
+        boxes = _boxes(place + np.eye(3, 2, -1) * STEP_M, road_yaw_rad, pattern, birds_eye)
         if np.isnan(boxes).any():
             return None
         jacobian = (boxes[1:] - boxes[0]).T[inside] / STEP_M
@@ -40,19 +41,15 @@ def place_of_box(box_px: BoxPx, road_yaw_rad: float, pattern: CrosswalkPattern, 
     return Pose2(x_m=float(place[0]), y_m=float(place[1]), yaw_rad=road_yaw_rad)
 
 
-def _box(place: Array, yaw_rad: float, pattern: CrosswalkPattern, birds_eye: BirdsEye) -> Array:
-    """Return the box (4,) around what the picture shows of the pattern's outline at a place; nan where it shows none.
+def _boxes(places: Array, yaw_rad: float, pattern: CrosswalkPattern, birds_eye: BirdsEye) -> Array:
+    """Return the boxes (n, 4) round what the picture shows of the pattern at places (n, 2); nan where it shows none.
 
-    A corner outside the picture counts for nothing: the detector has not seen it.
+    What lies outside the picture counts for nothing: the detector has not seen it.
     """
-    pose = Pose2(x_m=float(place[0]), y_m=float(place[1]), yaw_rad=yaw_rad)
-    outline = birds_eye.to_pixels(pose.transform(pattern.corners[[0, 1, 3, 2]]))
-    width, height = birds_eye.mount.width_px, birds_eye.mount.height_px
-    frame = np.array([[0, 0], [width, 0], [width, height], [0, height]], dtype=np.float32)
-    if np.isnan(outline).any():
-        return np.full(4, np.nan)
-    area, shown = cv2.intersectConvexConvex(frame, outline.astype(np.float32))
-    if area <= 0 or shown is None:
-        return np.full(4, np.nan)
-    points = np.asarray(shown, dtype=np.float64).reshape(-1, 2)
-    return np.concatenate([points.min(axis=0), points.max(axis=0)])
+    outline = Pose2(x_m=0.0, y_m=0.0, yaw_rad=yaw_rad).transform(pattern.outline(EDGE_STEP_M))
+    points = (places[:, None, :] + outline).reshape(-1, 2)
+    pixels = birds_eye.to_pixels(points).reshape(len(places), -1, 2)
+    if np.isnan(pixels).any():
+        return np.full((len(places), 4), np.nan)
+    shown = shapely.clip_by_rect(shapely.polygons(pixels), 0, 0, birds_eye.mount.width_px, birds_eye.mount.height_px)
+    return np.asarray(shapely.bounds(shown), dtype=np.float64)

@@ -1,6 +1,8 @@
 """The crosswalk's painted pattern: origin in its middle, x along the road away from the robot, y left."""
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +28,12 @@ class CrosswalkPattern:
         """The four corners (4, 2): near right, near left, far right, far left."""
         half_x, half_y = self.half_size_m
         return np.array([(sx * half_x, sy * half_y) for sx in (-1, 1) for sy in (-1, 1)])
+
+    def outline(self, step_m: float) -> Array:
+        """Return points (n, 2) round the pattern, every corner among them, at most `step_m` apart."""
+        near_right, near_left, far_right, far_left = self.corners
+        ring = (near_right, far_right, far_left, near_left, near_right)
+        return np.concatenate([_along(*edge, step_m) for edge in pairwise(ring)])
 
     @property
     def marks(self) -> Array:
@@ -56,3 +64,10 @@ class CrosswalkPattern:
         overlap = np.minimum(high, self.marks[None, :, 2:]) - np.maximum(low, self.marks[None, :, :2])
         share: Array = np.clip(overlap, 0.0, None).prod(axis=2).sum(axis=1) / blur_m**2
         return share
+
+
+def _along(start: Array, end: Array, step_m: float) -> Array:
+    """Return points (n, 2) from `start` on, `end` left out."""
+    count = math.ceil(math.dist(start, end) / step_m)
+    points: Array = start + np.arange(count)[:, None] / count * (end - start)
+    return points
