@@ -22,9 +22,9 @@ class LightSet(msgspec.Struct, frozen=True, kw_only=True):
     """A way of lighting the hall: ranges from which a look is drawn."""
 
     colour_temperature_k: tuple[float, float]
-    flood_azimuth_rad: tuple[float, float]  # where the floodlight stands, seen from the arena's centre
+    flood_azimuth_rad: tuple[float, float]  # where the stronger floodlight stands, seen from the arena's centre
     flood_elevation_rad: tuple[float, float]
-    flood_share: tuple[float, float]  # of the floor's illuminance; the rest is diffuse
+    flood_share: tuple[float, float]  # of both floodlights in the floor's illuminance; the rest is diffuse
     lamp_share: tuple[float, float]  # of the diffuse part: ceiling lamps in place of an even sky
 
 
@@ -57,17 +57,23 @@ LIGHT_SETS: Mapping[str, LightSet] = {
     "overcast_hall": _set((4500, 6200), (-60, -20), (0.1, 0.6), (0.1, 0.7)),
 }
 
-FLOOR_TEXTURES = (
-    "black_carpet",
-    "grey_carpet",
-    "charcoal_vinyl",
-    "worn_vinyl",
-    "rubber_mat",
-    "speckled_rubber",
-    "felt",
-    "painted_board",
-    "scuffed_linoleum",
-)
+# The second floodlight: its share of both, and how far round the hall it stands from the first.
+SECOND_SHARE = (0.1, 0.5)
+SECOND_TURN_RAD = (math.radians(70), math.radians(170))
+
+# Gloss of each floor covering: how much of a clear coat's mirror image it keeps, from a dull to a freshly waxed one.
+FLOOR_GLOSS: Mapping[str, tuple[float, float]] = {
+    "black_carpet": (0.0, 0.0),
+    "grey_carpet": (0.0, 0.0),
+    "charcoal_vinyl": (0.25, 0.9),
+    "worn_vinyl": (0.15, 0.6),
+    "rubber_mat": (0.05, 0.25),
+    "speckled_rubber": (0.1, 0.35),
+    "felt": (0.0, 0.0),
+    "painted_board": (0.2, 0.7),
+    "scuffed_linoleum": (0.25, 0.8),
+}
+FLOOR_TEXTURES = tuple(FLOOR_GLOSS)
 WALL_TEXTURES = (
     "plaster",
     "brick",
@@ -93,8 +99,25 @@ class LookFamily(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     light_levels: tuple[LightLevel, ...] = ("dark", "dim", "normal", "bright")
 
 
+class Flood(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A floodlight far away, or daylight through a window: where from, and its share of the floor's illuminance."""
+
+    azimuth_rad: float
+    elevation_rad: float
+    share: float
+
+
 class Look(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One look, complete: what the renderer needs beside the geometry. Stored with the data."""
+    """One look, complete: what the renderer needs beside the geometry. Stored with the data.
+
+    Attributes:
+        floods: at most two floodlights; the rest of the light is diffuse and from the ceiling's lamps.
+        lamp_share: of that rest, what the lamps give in place of an even sky.
+        panel_luminance: of a white pixel, relative to a white floor under 300 lux.
+        floor_gloss: share of a clear coat's mirror image that the floor shows, 0 for carpet.
+        line_wear: share of the paint that is gone where the lines are worn most.
+        dirt: how dusty and scuffed the floor is, 0 for clean to 1.
+    """
 
     floor: str
     wall: str
@@ -103,13 +126,19 @@ class Look(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     light_level: LightLevel
     illuminance_lux: float
     colour_temperature_k: float
-    flood_azimuth_rad: float
-    flood_elevation_rad: float
-    flood_share: float
+    floods: tuple[Flood, ...]
     lamp_share: float
     line_albedo: float
-    panel_luminance: float  # of a white pixel, relative to a white floor under 300 lux
+    panel_luminance: float
     exposure_bias_ev: float
+    floor_gloss: float = 0.0
+    line_wear: float = 0.0
+    dirt: float = 0.0
+
+    @property
+    def flood_share(self) -> float:
+        """The floodlights' share of the light on open floor."""
+        return sum(flood.share for flood in self.floods)
 
     @property
     def look_id(self) -> str:
@@ -124,19 +153,40 @@ def draw_look(family: LookFamily, rng: np.random.Generator, light_level: LightLe
     level = light_level or level
     ranges = LIGHT_SETS[light_set]
     low, high = LIGHT_LEVELS[level]
+    floor = str(rng.choice(np.array(family.floors)))
     return Look(
-        floor=str(rng.choice(np.array(family.floors))),
+        floor=floor,
         wall=str(rng.choice(np.array(family.walls))),
         texture_seed=int(rng.integers(2)),
         light_set=light_set,
         light_level=level,
         illuminance_lux=float(np.exp(rng.uniform(np.log(low), np.log(high)))),
         colour_temperature_k=float(rng.uniform(*ranges.colour_temperature_k)),
-        flood_azimuth_rad=float(rng.uniform(*ranges.flood_azimuth_rad)),
-        flood_elevation_rad=float(rng.uniform(*ranges.flood_elevation_rad)),
-        flood_share=float(rng.uniform(*ranges.flood_share)),
+        floods=_draw_floods(ranges, rng),
         lamp_share=float(rng.uniform(*ranges.lamp_share)),
         line_albedo=float(rng.uniform(0.65, 0.9)),
         panel_luminance=float(rng.uniform(0.6, 1.4)),
         exposure_bias_ev=float(rng.uniform(-0.5, 0.5)),
+        floor_gloss=float(rng.uniform(*FLOOR_GLOSS[floor])),
+        line_wear=float(rng.uniform(0.05, 0.6)),
+        dirt=float(rng.uniform(0.0, 1.0)),
+    )
+
+
+def _draw_floods(ranges: LightSet, rng: np.random.Generator) -> tuple[Flood, Flood]:
+    """Draw the two floodlights, the stronger one first."""
+    share, second = rng.uniform(*ranges.flood_share), rng.uniform(*SECOND_SHARE)
+    azimuth = rng.uniform(*ranges.flood_azimuth_rad)
+    turn = rng.uniform(*SECOND_TURN_RAD) * (1 if rng.random() < 0.5 else -1)
+    return (
+        Flood(
+            azimuth_rad=float(azimuth),
+            elevation_rad=float(rng.uniform(*ranges.flood_elevation_rad)),
+            share=float(share * (1 - second)),
+        ),
+        Flood(
+            azimuth_rad=float(azimuth + turn),
+            elevation_rad=float(rng.uniform(*ranges.flood_elevation_rad)),
+            share=float(share * second),
+        ),
     )

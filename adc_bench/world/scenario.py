@@ -14,13 +14,14 @@ from adc_bench.world.arena import (
 )
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.course import Course, CourseSpec
-from adc_bench.world.furniture import Furniture
+from adc_bench.world.furniture import Furniture, chair_body, furniture_solids
 from adc_bench.world.layout import Layout
 from adc_bench.world.look import Look
 from adc_bench.world.robot import RobotParams, RobotTruth
 from adc_bench.world.sensors import SensorRig
-from adc_bench.world.signs import VerticalSign
+from adc_bench.world.signs import VerticalSign, sign_solids
 from adc_bench.world.solids import Body, Solid
+from adc_bench.world.works import Tape, layout_bodies, layout_tapes
 
 
 class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, dict=True):
@@ -52,11 +53,23 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """Everything that can be pushed: boxes, cones, chairs."""
-        return ()
+        chairs = [chair_body(piece) for piece in self.furniture if piece.kind == "chair"]
+        return (*layout_bodies(self.layout), *chairs)
+
+    @cached_property
+    def tapes(self) -> tuple[Tape, ...]:
+        """The tapes between the cones of the road-works."""
+        return layout_tapes(self.layout)
 
     @cached_property
     def solids(self) -> tuple[Solid, ...]:
-        """Everything that stands: walls, gantry, panels and, if there is one, the tunnel."""
+        """Everything that stands: walls, gantry, panels, the tunnel if there is one, signs, furniture."""
         spec, course = self.arena_spec, self.course
-        tunnel = tunnel_solids(spec, course, self.tunnel) if self.tunnel else ()
-        return (*wall_solids(spec), *gantry_solids(spec, course), *panel_solids(spec, course), *tunnel)
+        return (
+            *wall_solids(spec),
+            *gantry_solids(spec, course),
+            *panel_solids(spec, course),
+            *(tunnel_solids(spec, course, self.tunnel) if self.tunnel else ()),
+            *(solid for sign in self.signs for solid in sign_solids(sign)),
+            *(solid for piece in self.furniture for solid in furniture_solids(piece)),
+        )
