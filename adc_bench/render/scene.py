@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import ROTATION_BODY_OPTICAL, Pose3
 from adc_bench.render.artwork import panel_picture
-from adc_bench.render.labels import Target
 from adc_bench.render.light import LAMP_GRID, UNIT_LUX, Lighting
 from adc_bench.render.surfaces import (
     Mesh,
@@ -23,6 +22,7 @@ from adc_bench.render.surfaces import (
     screen_rectangle,
     solids_atlas,
 )
+from adc_bench.render.targets import Target, targets_of
 from adc_bench.render.textures import (
     FLOOR_KINDS,
     WALL_KINDS,
@@ -33,7 +33,7 @@ from adc_bench.render.textures import (
     wall_texture,
 )
 from adc_bench.world.arena import PANEL_NAMES
-from adc_bench.world.categories import CATEGORY_ID, PANEL_SIGNS, PanelSign
+from adc_bench.world.categories import PANEL_SIGNS, PanelSign
 from adc_bench.world.course import CourseSpec
 from adc_bench.world.scenario import Scenario
 
@@ -80,21 +80,7 @@ class StaticScene:
     @property
     def targets(self) -> tuple[Target, ...]:
         """What is labelled in this scene, with the sign shown now."""
-        corners = np.column_stack([self._scenario.course.crosswalk_corners, np.zeros(4)])
-        crosswalk = Target(
-            label_id=CROSSWALK_ID, category_id=CATEGORY_ID["crosswalk"], instance="crosswalk", corners_world=corners
-        )
-        panels = (
-            Target(
-                label_id=PANEL_IDS[solid.name],
-                category_id=CATEGORY_ID[f"panel_{self.sign}"],
-                instance=solid.name,
-                corners_world=screen_rectangle(solid).corners(),
-            )
-            for solid in self._scenario.solids
-            if solid.kind == "panel"
-        )
-        return (crosswalk, *panels)
+        return targets_of(self._scenario, self.sign)
 
     def floor_irradiance(self, points_world: NDArray[np.float64]) -> float:
         """Return the mean irradiance of the floor at points (n, 2), by the green channel."""

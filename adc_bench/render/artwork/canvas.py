@@ -18,6 +18,7 @@ class Canvas:
     """Draws shapes in colours (r, g, b) of 0..255, one over the other."""
 
     def __init__(self, width_px: int, height_px: int, ground: Colour) -> None:
+        self.half_width = width_px / height_px
         self._size = (width_px, height_px)
         self._scale = height_px * FINER / 2
         self._middle = np.array([width_px, height_px]) * FINER / 2 - 0.5

@@ -12,24 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.render.artwork.canvas import Array, Canvas, Colour, arc, moved
-from adc_bench.world.categories import SIGNS, SignCategory
+from adc_bench.world.categories import SignCategory
+from adc_bench.world.signs import BOARD_M, VerticalSign, board_outline
 
 SIZE_PX = 256  # of the square around the board
 BLUE, RED, WHITE, BLACK = (0, 117, 189), (255, 0, 0), (255, 255, 255), (0, 0, 0)
 EDGE = 0.80  # the white triangle in the red one
 RIM = 0.93  # the blue in the white edge of squares and discs
-
-BOARD_M = 0.305
-
-
-def board_outline(sign: SignCategory) -> Array:
-    """Return the board's outline (n, 2) in metres around its middle, counter-clockwise."""
-    if SIGNS.index(sign) < 4:
-        return np.array([(-1.0, -1), (1, -1), (0, 1)]) * BOARD_M / 2
-    if SIGNS.index(sign) < 8:
-        return np.array([(-1.0, -1), (1, -1), (1, 1), (-1, 1)]) * BOARD_M / 2
-    return arc((0, 0), BOARD_M / 2, 0, 360)
-
 
 # A cow walking left, as a hundred wide.
 COW = [
@@ -46,7 +35,7 @@ def sign_picture(sign: SignCategory) -> NDArray[np.uint8]:
 
     The picture is the square BOARD_M wide around the board's middle; its edge colour goes on outside the outline.
     """
-    outline = board_outline(sign) * 2 / BOARD_M
+    outline = board_outline(VerticalSign(name=sign, sign=sign, x_m=0.0, y_m=0.0, yaw_rad=0.0)) * 2 / BOARD_M
     ground, edge, inner, draw = _DRAWN[sign]
     board = Canvas(SIZE_PX, SIZE_PX, edge)
     board.polygon(inner(outline), ground)
