@@ -61,7 +61,7 @@ def lap(seed: int, speed_mps: float) -> tuple[Array, Array, float]:
     arena = scenario(seed)
     path, sim = arena.course.lap, Simulation(arena, START)
     s_m, travelled_m, busy_s = path.length_m + START.x_m, 0.0, 0.0
-    truth, samples = [(0.0, START.x_m, START.y_m)], [sim.read_sensors()[0]]
+    truth, samples = [(0.0, START.x_m, START.y_m)], [sim.read_sensors().encoders]
     while travelled_m < path.length_m:
         omega_radps, reached_m = pursue(path, sim.state().pose_world_robot, s_m, speed_mps)
         travelled_m += (reached_m - s_m + path.length_m / 2) % path.length_m - path.length_m / 2
@@ -71,7 +71,7 @@ def lap(seed: int, speed_mps: float) -> tuple[Array, Array, float]:
         busy_s += time.perf_counter() - begin
         pose = sim.state().pose_world_robot
         truth.append((sim.time_s, pose.x_m, pose.y_m))
-        samples.append(sim.read_sensors()[0])
+        samples.append(sim.read_sensors().encoders)
     return np.array(truth), dead_reckoning(START, arena.robot, samples), busy_s / sim.step_index
 
 

@@ -17,7 +17,7 @@ from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.wire import Load, Sense, sense
 from adc_bench.render import ArenaRenderer
-from adc_bench.sim import Simulation
+from adc_bench.sim import Delivery, Simulation
 from adc_bench.world.scenario import Scenario
 
 
@@ -71,6 +71,9 @@ class _Run:
         self._referee = Referee(course=plan.scenario.course, rules=plan.rules, header=plan.header)
         late_steps = 1 + math.ceil(plan.mission.latency_s / period_s - 1e-9)
         self._commands = deque([(0.0, 0.0)] * late_steps)
+        self._pictures: dict[str, Delivery[tuple[float, bytes]]] = {
+            mount.name: Delivery(mount.latency_s) for mount in plan.scenario.rig.cameras
+        }
         self.rows: list[Row] = []
         self.compute_s: list[float] = []
 
@@ -101,7 +104,8 @@ class _Run:
         step, time_s, state = simulation.step_index, simulation.time_s, simulation.state()
         if step == header.start_step:
             self._renderer.set_panel("up")
-        encoders, imu = simulation.read_sensors()
+        readings = simulation.read_sensors()
+        encoders = readings.encoders
         row = Row(
             step=step,
             time_s=time_s,
@@ -120,15 +124,21 @@ class _Run:
             ),
             answer=None,
         )
-        return row, sense(step, time_s, self._pictures(step, time_s), encoders, imu)
+        self._take_pictures(step, time_s)
+        return row, sense(step, time_s, self._arrived(time_s), encoders, readings.imu, laser=readings.laser)
 
-    def _pictures(self, step: int, time_s: float) -> dict[str, tuple[float, bytes]]:
+    def _take_pictures(self, step: int, time_s: float) -> None:
+        """Send off the pictures of the cameras that fire at this step; each arrives when its latency has passed."""
         pose = self._simulation.pose3_world_robot()
-        return {
-            mount.name: (time_s, self._renderer.picture(mount.name, pose))
-            for mount in self._plan.scenario.rig.cameras
-            if step % mount.period_steps == 0
-        }
+        for mount in self._plan.scenario.rig.cameras:
+            if step % mount.period_steps == 0:
+                picture = self._renderer.picture(mount.name, pose)
+                self._pictures[mount.name].put(time_s, (time_s, picture))
+
+    def _arrived(self, time_s: float) -> dict[str, tuple[float, bytes]]:
+        """Return the newest picture (its time, JPEG) of each camera from which one arrived since the last step."""
+        arrived = {name: delivery.take(time_s) for name, delivery in self._pictures.items()}
+        return {name: pictures[-1] for name, pictures in arrived.items() if pictures}
 
     def _answer(self) -> Drive:
         """Take the agent's answer to the observation before, queue its command, and return it for the log."""

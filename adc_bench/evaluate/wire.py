@@ -12,11 +12,21 @@ import cv2
 import msgspec
 import numpy as np
 
-from adc_bench.api import Command, EncoderSamples, ImuSamples, Mission, Observation, Picture
+from adc_bench.api import (
+    Command,
+    EncoderSamples,
+    ImuSamples,
+    LaserScan,
+    Mission,
+    Observation,
+    Picture,
+    SeenObject,
+)
 
 Message = TypeVar("Message")
 LENGTH = struct.Struct("!I")
 LONGEST_MESSAGE_BYTES = 16 * 2**20
+RANGES = np.dtype("<f8")
 
 
 class Load(msgspec.Struct, frozen=True, kw_only=True, tag=True):
@@ -34,7 +44,10 @@ class Begin(msgspec.Struct, frozen=True, kw_only=True, tag=True):
 
 
 class Sense(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """Call `step`: an observation with its pictures as the rig's JPEG bytes, (time_s, jpeg) by camera."""
+    """Call `step`: an observation with its pictures as the rig's JPEG bytes, (time_s, jpeg) by camera.
+
+    The laser's scan is (time_s, its ranges as little-endian float64).
+    """
 
     step: int
     time_s: float
@@ -45,6 +58,8 @@ class Sense(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     imu_time_s: list[float]
     yaw_rate_radps: list[float]
     acceleration_x_mps2: list[float]
+    laser: tuple[float, bytes] | None
+    objects: tuple[SeenObject, ...]
 
 
 class Done(msgspec.Struct, frozen=True, kw_only=True, tag=True):
@@ -130,7 +145,14 @@ def _plain(value: object) -> object:
 
 
 def sense(
-    step: int, time_s: float, pictures: dict[str, tuple[float, bytes]], encoders: EncoderSamples, imu: ImuSamples
+    step: int,
+    time_s: float,
+    pictures: dict[str, tuple[float, bytes]],
+    encoders: EncoderSamples,
+    imu: ImuSamples,
+    *,
+    laser: LaserScan | None = None,
+    objects: tuple[SeenObject, ...] = (),
 ) -> Sense:
     """Return the message of an observation."""
     return Sense(
@@ -143,6 +165,8 @@ def sense(
         imu_time_s=imu.time_s.tolist(),
         yaw_rate_radps=imu.yaw_rate_radps.tolist(),
         acceleration_x_mps2=imu.acceleration_x_mps2.tolist(),
+        laser=(laser.time_s, laser.ranges_m.astype(RANGES).tobytes()) if laser else None,
+        objects=objects,
     )
 
 
@@ -164,7 +188,13 @@ def observation(message: Sense) -> Observation:
             yaw_rate_radps=np.array(message.yaw_rate_radps, dtype=np.float64),
             acceleration_x_mps2=np.array(message.acceleration_x_mps2, dtype=np.float64),
         ),
+        laser=_scan(*message.laser) if message.laser else None,
+        objects=message.objects,
     )
+
+
+def _scan(time_s: float, ranges: bytes) -> LaserScan:
+    return LaserScan(time_s=time_s, ranges_m=np.frombuffer(ranges, dtype=RANGES).astype(np.float64))
 
 
 def _decoded(jpeg: bytes) -> np.ndarray[Any, np.dtype[np.uint8]]:

@@ -1,7 +1,8 @@
-"""Dynamics: the scenario as PhysX bodies, the robot on its wheels, its encoders and inertial sensors, and contacts."""
+"""Dynamics: the scenario as PhysX bodies, the robot on its wheels, its sensors but the cameras, and contacts."""
 
 from adc_bench.sim.chassis import ChassisSpec
 from adc_bench.sim.contacts import Contact
-from adc_bench.sim.simulation import DYNAMICS, DynamicsSpec, RobotState, Simulation
+from adc_bench.sim.delivery import Delivery
+from adc_bench.sim.simulation import DYNAMICS, DynamicsSpec, Readings, RobotState, Simulation
 
-__all__ = ["DYNAMICS", "ChassisSpec", "Contact", "DynamicsSpec", "RobotState", "Simulation"]
+__all__ = ["DYNAMICS", "ChassisSpec", "Contact", "Delivery", "DynamicsSpec", "Readings", "RobotState", "Simulation"]

@@ -1,9 +1,10 @@
-"""The robot as a PhysX articulation: a hull on two driven wheels and a frictionless castor.
+"""The robot as a PhysX articulation: a hull with its cameras' mast on two driven wheels and a frictionless castor.
 
 The root's frame is the robot's: x forward, y left, its origin on the floor midway between the wheels.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import msgspec
@@ -13,8 +14,9 @@ from numpy.typing import NDArray
 from sapien import physx
 
 from adc_bench.geometry import Pose2, Pose3
-from adc_bench.sim.surfaces import HULL, ROLLING, to_sapien
+from adc_bench.sim.surfaces import HULL, ROLLING, from_sapien, to_sapien
 from adc_bench.world.robot import RobotParams, RobotTruth
+from adc_bench.world.sensors import CameraMount
 
 Array = NDArray[np.float64]
 
@@ -31,6 +33,7 @@ class ChassisSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """
 
     ground_clearance_m: float = 0.02
+    mast_margin_m: float = 0.03  # the mast reaches this far beyond the cameras' centres; its mass is the hull's
     castor_x_m: float = -0.18
     castor_radius_m: float = 0.02
     centre_of_mass_x_m: float = -0.04  # behind the axle, so that braking does not lift the castor
@@ -59,8 +62,7 @@ class Chassis:
 
     def pose_world_robot(self) -> Pose3:
         """Return where the robot is, with pitch and roll."""
-        matrix = self.root.entity_pose.to_transformation_matrix().astype(np.float64)
-        return Pose3(rotation=matrix[:3, :3].copy(), translation_m=matrix[:3, 3].copy())
+        return from_sapien(self.root.entity_pose)
 
     def angular_velocity_radps(self) -> Array:
         """Return the angular velocity in the world, (3,)."""
@@ -74,9 +76,16 @@ class Chassis:
         return at_origin
 
 
-def add_chassis(scene: sapien.Scene, spec: ChassisSpec, robot: RobotParams, truth: RobotTruth, start: Pose2) -> Chassis:
+def add_chassis(
+    scene: sapien.Scene,
+    spec: ChassisSpec,
+    robot: RobotParams,
+    truth: RobotTruth,
+    cameras: Sequence[CameraMount],
+    start: Pose2,
+) -> Chassis:
     """Stand the robot, at rest, on the floor at `start`."""
-    root = _hull(spec, robot)
+    root = _hull(spec, robot, cameras)
     half_m = truth.wheel_separation_m / 2
     wheels = (
         _wheel(root, "wheel_left", spec, robot, y_m=half_m, radius_m=truth.wheel_radius_left_m),
@@ -95,18 +104,34 @@ def add_chassis(scene: sapien.Scene, spec: ChassisSpec, robot: RobotParams, trut
     return Chassis(root=root, wheels=wheels)
 
 
-def _hull(spec: ChassisSpec, robot: RobotParams) -> physx.PhysxArticulationLinkComponent:
-    """Return the root link: the robot's outline above its clearance as one box, with the castor under it."""
+def _hull(
+    spec: ChassisSpec, robot: RobotParams, cameras: Sequence[CameraMount]
+) -> physx.PhysxArticulationLinkComponent:
+    """Return the root link: the robot's outline above its clearance as one box, the castor under it, the mast on it."""
     size = np.array([robot.length_m, robot.width_m, robot.height_m - spec.ground_clearance_m])
     root = physx.PhysxArticulationLinkComponent(None)
     root.name = "hull"
-    root.attach(HULL.box(tuple(size), (robot.height_m + spec.ground_clearance_m) / 2, robot.friction))
+    root.attach(HULL.box(tuple(size), (0.0, 0.0, (robot.height_m + spec.ground_clearance_m) / 2), robot.friction))
+    for shape in _mast(spec, robot, cameras):
+        root.attach(shape)
     root.attach(ROLLING.ball(spec.castor_radius_m, spec.castor_radius_m, spec.castor_x_m, friction=0.0))
     mass_kg = robot.mass_kg * (1 - 2 * spec.wheel_mass_share)
     root.mass = mass_kg
     root.cmass_local_pose = sapien.Pose([spec.centre_of_mass_x_m, 0.0, spec.centre_of_mass_z_m])
     root.inertia = mass_kg / 12 * (np.sum(size**2) - size**2)  # a uniform box
     return root
+
+
+def _mast(spec: ChassisSpec, robot: RobotParams, cameras: Sequence[CameraMount]) -> list[physx.PhysxCollisionShape]:
+    """Return one box from the hull's top to the highest camera, as long as the cameras stand apart."""
+    above = [mount for mount in cameras if mount.z_m > robot.height_m]
+    if not above:
+        return []
+    margin_m = spec.mast_margin_m
+    back_m, front_m = min(mount.x_m for mount in above) - margin_m, max(mount.x_m for mount in above) + margin_m
+    top_m = max(mount.z_m for mount in above) + margin_m
+    size_m = (front_m - back_m, 2 * margin_m, top_m - robot.height_m)
+    return [HULL.box(size_m, ((back_m + front_m) / 2, 0.0, (top_m + robot.height_m) / 2), robot.friction)]
 
 
 def _wheel(

@@ -1,4 +1,4 @@
-"""Contacts of the robot with what stands in the arena."""
+"""Contacts of the robot with what stands or lies in the arena."""
 
 import msgspec
 import numpy as np
@@ -9,10 +9,10 @@ Array = NDArray[np.float64]
 
 
 class Contact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The robot touched a solid during one control step.
+    """The robot touched a solid, a body or a tape during one control step.
 
     `time_s` is the end of the physics step of the first touch; `impulse_ns` the size of the normal impulse that the
-    solid gave to the robot over the control step. A lasting touch gives one contact for every control step.
+    thing gave to the robot over the control step, 0 for a tape. A lasting touch gives one contact a control step.
     """
 
     time_s: float
@@ -21,24 +21,30 @@ class Contact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class ContactLog:
-    """Collects contacts, one per solid and control step."""
+    """Collects contacts, one per thing and control step."""
 
     def __init__(self) -> None:
         self._open: dict[str, tuple[float, Array]] = {}
         self._done: list[Contact] = []
 
     def record(self, time_s: float, contacts: list[physx.PhysxContact]) -> None:
-        """Add what the last physics step pushed, the floor excluded."""
+        """Add what pushed the robot in the last physics step, the floor excluded."""
         for contact in contacts:
             names = [body.entity.name for body in contact.bodies]
-            if "floor" in names or not contact.points:
+            if "hull" not in names or "floor" in names or not contact.points:
                 continue
-            impulse_ns = np.sum([point.impulse for point in contact.points], axis=0, dtype=np.float64)
+            impulse_ns: Array = np.sum([point.impulse for point in contact.points], axis=0, dtype=np.float64)
             if not impulse_ns.any():
                 continue  # near, not touching
-            solid = names[0] if names[1] == "hull" else names[1]
-            first_s, sum_ns = self._open.get(solid, (time_s, np.zeros(3)))
-            self._open[solid] = (first_s, sum_ns + impulse_ns)
+            self._add(time_s, names[0] if names[1] == "hull" else names[1], impulse_ns)
+
+    def touch(self, time_s: float, name: str) -> None:
+        """Add a contact that gave no impulse."""
+        self._add(time_s, name, np.zeros(3))
+
+    def _add(self, time_s: float, name: str, impulse_ns: Array) -> None:
+        first_s, sum_ns = self._open.get(name, (time_s, np.zeros(3)))
+        self._open[name] = (first_s, sum_ns + impulse_ns)
 
     def close_step(self) -> None:
         """End a control step: what it gathered becomes contacts, in order of first touch, then of name."""

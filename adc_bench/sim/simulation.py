@@ -1,17 +1,22 @@
 """One drive: a scenario's arena and robot in PhysX, advanced by commands one control step at a time."""
 
 import math
+from dataclasses import dataclass
 
 import msgspec
 import sapien
 
-from adc_bench.api import EncoderSamples, ImuSamples
+from adc_bench.api import EncoderSamples, ImuSamples, LaserScan
 from adc_bench.geometry import Pose2, Pose3
+from adc_bench.sim.bodies import Bodies
 from adc_bench.sim.chassis import ChassisSpec, add_chassis
 from adc_bench.sim.contacts import Contact, ContactLog
 from adc_bench.sim.drive import limit, ramp, wheel_speeds_radps
+from adc_bench.sim.laser import Laser
+from adc_bench.sim.rays import Obstacles
 from adc_bench.sim.sensors import Encoders, Imu
 from adc_bench.sim.surfaces import add_floor, add_solid, physics
+from adc_bench.sim.tapes import Tapes
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 
@@ -22,6 +27,7 @@ class DynamicsSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     physics_rate_hz: int = 200
     settling_s: float = 0.5  # before time 0
     solid_friction: float = 0.8
+    tape_stretch_max: float = 0.15  # of its length between the standing cones; a tape pulled longer tears
     chassis: ChassisSpec = ChassisSpec()
 
 
@@ -36,10 +42,19 @@ class RobotState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     omega_radps: float
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Readings:
+    """What arrived from the sensors since they were last read; of the laser the newest scan, None without a new one."""
+
+    encoders: EncoderSamples
+    imu: ImuSamples
+    laser: LaserScan | None
+
+
 class Simulation:
     """The truth of one drive. At time 0 the robot stands at `start_pose`; equal arguments and commands give equal bits.
 
-    Needs no renderer. The sensors deliver their first samples at time 0.
+    Needs no renderer. The sensors take their first samples at time 0 and deliver each when its latency has passed.
     """
 
     def __init__(
@@ -52,26 +67,30 @@ class Simulation:
     ) -> None:
         self._robot, self._rate_hz = scenario.robot, dynamics.physics_rate_hz
         self._substeps = _whole(control_period_s * self._rate_hz)
-        self._encoder_every = _whole(self._rate_hz / scenario.rig.encoders.rate_hz)
-        self._imu_every = _whole(self._rate_hz / scenario.rig.imu.rate_hz)
         self._system = physics(self._rate_hz)
         self._scene = sapien.Scene([self._system])
         add_floor(self._scene)
         for solid in scenario.solids:
             add_solid(self._scene, solid, dynamics.solid_friction)
-        self._chassis = add_chassis(self._scene, dynamics.chassis, self._robot, scenario.robot_truth, start_pose)
+        self._bodies = Bodies(self._scene, scenario.bodies)
+        self._tapes = Tapes(scenario.tapes, self._robot, dynamics.tape_stretch_max)
+        truth, cameras = scenario.robot_truth, scenario.rig.cameras
+        self._chassis = add_chassis(self._scene, dynamics.chassis, self._robot, truth, cameras, start_pose)
         for _ in range(_whole(dynamics.settling_s * self._rate_hz)):
             self._system.step()
         self._start_instruments(scenario)
 
     def _start_instruments(self, scenario: Scenario) -> None:
-        chassis = self._chassis
+        chassis, seed, rig = self._chassis, scenario.seed, scenario.rig
         self._physics_step, self._motion, self._contacts = 0, Motion(), ContactLog()
-        self._encoders = Encoders(scenario.seed, self._robot.encoder_ticks_per_turn, chassis.wheel_angles_rad())
-        period_s = 1 / scenario.rig.imu.rate_hz
+        self._encoder_every = _whole(self._rate_hz / rig.encoders.rate_hz)
+        self._encoders = Encoders(seed, rig.encoders, self._robot.encoder_ticks_per_turn, chassis.wheel_angles_rad())
+        self._imu_every = _whole(self._rate_hz / rig.imu.rate_hz)
         bias_radps = scenario.robot_truth.gyro_bias_radps
-        rotation = chassis.pose_world_robot().rotation
-        self._imu = Imu(scenario.seed, scenario.rig.imu, bias_radps, period_s, rotation, chassis.velocity_mps())
+        self._imu = Imu(seed, rig.imu, bias_radps, chassis.pose_world_robot().rotation, chassis.velocity_mps())
+        self._laser = Laser(seed, rig.laser) if rig.laser else None
+        self._laser_every = _whole(self._rate_hz / rig.laser.rate_hz) if rig.laser else 0
+        self._obstacles = Obstacles(scenario.solids, scenario.bodies)
         self._sample_sensors()
 
     @property
@@ -96,6 +115,9 @@ class Simulation:
             self._encoders.follow(self._chassis.wheel_angles_rad())
             self._contacts.record(self.time_s, self._system.get_contacts())
             self._sample_sensors()
+        self._bodies.follow()
+        for name in self._tapes.step(self._bodies.poses(), self.state().pose_world_robot):
+            self._contacts.touch(self.time_s, name)
         self._contacts.close_step()
 
     def _sample_sensors(self) -> None:
@@ -103,6 +125,10 @@ class Simulation:
             self._encoders.sample(self.time_s)
         if self._physics_step % self._imu_every == 0:
             self._imu.sample(self.time_s, self._chassis.pose_world_robot().rotation, self._chassis.velocity_mps())
+        if self._laser and self._physics_step % self._laser_every == 0:
+            self._bodies.follow()
+            self._obstacles.follow(self._bodies.poses())
+            self._laser.sample(self.time_s, self._chassis.pose_world_robot(), self._obstacles)
 
     def state(self) -> RobotState:
         """Return the truth now."""
@@ -122,9 +148,22 @@ class Simulation:
         """Return the pose in space of the point midway between the wheels' feet, with the body's pitch and roll."""
         return self._chassis.pose_world_robot()
 
-    def read_sensors(self) -> tuple[EncoderSamples, ImuSamples]:
-        """Return the samples since the last call, this instant's included."""
-        return self._encoders.read(), self._imu.read()
+    def body_poses(self) -> dict[str, Pose3]:
+        """Return where the bodies are in the world, by name; one at rest keeps its very record from call to call."""
+        return self._bodies.poses()
+
+    def torn_tapes(self) -> frozenset[str]:
+        """Return the names of the tapes that are torn by now."""
+        return self._tapes.torn
+
+    def read_sensors(self) -> Readings:
+        """Return what has arrived since the last call, this instant's samples included where nothing holds them up."""
+        now_s = self.time_s
+        return Readings(
+            encoders=self._encoders.read(now_s),
+            imu=self._imu.read(now_s),
+            laser=self._laser.read(now_s) if self._laser else None,
+        )
 
     def take_contacts(self) -> list[Contact]:
         """Return the contacts since the last call; the floor does not count."""

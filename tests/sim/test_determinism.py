@@ -19,9 +19,11 @@ def drive(sim: Simulation, steps: int = 80) -> Iterator[bytes]:
     for k in range(steps):
         sim.advance(1.2, 0.8 * math.sin(0.11 * k))
         state, pose = sim.state(), sim.pose3_world_robot()
-        encoders, imu = sim.read_sensors()
+        readings = sim.read_sensors()
+        encoders, imu, laser = readings.encoders, readings.imu, readings.laser
         arrays = (pose.matrix(), encoders.time_s, encoders.left_ticks, encoders.right_ticks, imu.yaw_rate_radps)
         arrays += (imu.acceleration_x_mps2, np.array([state.v_mps, state.omega_radps]))
+        arrays += (laser.ranges_m,) if laser else ()
         yield b"".join(a.tobytes() for a in arrays) + repr((state, sim.take_contacts())).encode()
 
 

@@ -35,7 +35,7 @@ def test_stays_still_at_rest(drawn: Draw, start: Pose2) -> None:
     assert math.hypot(after.x_m, after.y_m) < 1e-3
     assert abs(after.yaw_rad) < 1e-3
     assert np.ptp(heights) < 1e-5
-    encoders, _ = sim.read_sensors()
+    encoders = sim.read_sensors().encoders
     assert np.ptp(encoders.left_ticks) <= 1
     assert np.ptp(encoders.right_ticks) <= 1
 
@@ -86,7 +86,7 @@ def test_s_curves_slip_little(nominal: Scenario, v_mps: float) -> None:
     reckoned = sim.state().pose_world_robot
     for k in range(round(16 / v_mps / 0.05)):  # 16 m
         sim.advance(v_mps, v_mps / 1.8375 * math.sin(0.05 * k * v_mps))
-    encoders, _ = sim.read_sensors()
+    encoders = sim.read_sensors().encoders
     ticks = np.diff(np.stack([encoders.left_ticks, encoders.right_ticks], axis=1), axis=0)
     for left_m, right_m in ticks * (2 * math.pi * 0.0975 / 500):
         turn, chord = (right_m - left_m) / 0.33, (left_m + right_m) / 2

@@ -19,6 +19,11 @@ def with_imu(scenario: Scenario, imu: ImuSpec) -> Scenario:
     return msgspec.structs.replace(scenario, rig=msgspec.structs.replace(scenario.rig, imu=imu))
 
 
+def read(sim: Simulation) -> tuple[EncoderSamples, ImuSamples]:
+    readings = sim.read_sensors()
+    return readings.encoders, readings.imu
+
+
 QUIET = ImuSpec(
     gyro_noise_radps=0.0, gyro_walk_radps_sqrts=0.0, acceleration_noise_mps2=0.0, acceleration_bias_mps2=0.0
 )
@@ -32,17 +37,17 @@ def drive(
     for k in range(steps):
         sim.advance(1.0, 0.6 * math.sin(0.1 * k))
         yaws.append(sim.state().pose_world_robot.yaw_rad)
-    return sim, *sim.read_sensors(), np.array(yaws)
+    return sim, *read(sim), np.array(yaws)
 
 
 def test_samples_stand_on_an_exact_grid_each_delivered_once(nominal: Scenario, start: Pose2) -> None:
     sim = Simulation(nominal, start)
-    encoders, imu = sim.read_sensors()
+    encoders, imu = read(sim)
     encoder_times, imu_times = [encoders.time_s], [imu.time_s]
     counts = []
     for _ in range(20):
         sim.advance(0.5, 0.0)
-        encoders, imu = sim.read_sensors()
+        encoders, imu = read(sim)
         assert encoders.left_ticks.shape == encoders.right_ticks.shape == encoders.time_s.shape
         assert imu.yaw_rate_radps.shape == imu.acceleration_x_mps2.shape == imu.time_s.shape
         assert encoders.left_ticks.dtype == np.int64
@@ -52,7 +57,7 @@ def test_samples_stand_on_an_exact_grid_each_delivered_once(nominal: Scenario, s
     assert np.concatenate(encoder_times).tolist() == [k / 50 for k in range(51)]
     assert np.concatenate(imu_times).tolist() == [k / 100 for k in range(101)]
     assert set(counts) == {(2, 5), (3, 5)}
-    encoders, imu = sim.read_sensors()
+    encoders, imu = read(sim)
     assert encoders.time_s.size == encoders.left_ticks.size == imu.time_s.size == 0
 
 
@@ -64,7 +69,7 @@ def test_ticks_agree_with_the_distance(drawn: Draw, start: Pose2, v_mps: float) 
     for _ in range(100):
         sim.advance(v_mps, 0.0)
     moved = first.inverse() @ sim.state().pose_world_robot
-    encoders, _ = sim.read_sensors()
+    encoders, _ = read(sim)
     assert encoders.left_ticks[0] == encoders.right_ticks[0] == 0
     for ticks, radius_m in (
         (encoders.left_ticks, arena.robot_truth.wheel_radius_left_m),
@@ -102,7 +107,7 @@ def test_accelerometer_feels_the_ramp_and_then_nothing(nominal: Scenario, start:
     sim = Simulation(with_imu(nominal, QUIET), start)
     for _ in range(40):
         sim.advance(1.0, 0.0)
-    _, imu = sim.read_sensors()
+    _, imu = read(sim)
     assert imu.acceleration_x_mps2[0] == pytest.approx(0.0, abs=0.01)
     assert imu.acceleration_x_mps2[5:45].mean() == pytest.approx(2.0, rel=0.03)
     assert imu.acceleration_x_mps2[80:].mean() == pytest.approx(0.0, abs=0.02)
