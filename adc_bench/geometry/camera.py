@@ -9,11 +9,14 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from adc_bench.errors import InputError
+
 Array = NDArray[np.float64]
 
 # Columns: the camera's axes (right, down, forward) in a frame with x forward, y left, z up.
 ROTATION_BODY_OPTICAL: Array = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 UNDISTORT_STEPS = 12
+BORDER_STEPS = 32
 
 
 class Camera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -63,6 +66,43 @@ class Camera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         pixels = np.asarray(pixels_px, dtype=np.float64)
         plane = self._undistorted((pixels - (self.cx_px, self.cy_px)) / (self.fx_px, self.fy_px))
         return np.column_stack([plane, np.ones(len(plane))])
+
+    def border_px(self) -> Array:
+        """Return pixels (n, 2) along the picture's border, its corners among them."""
+        along, across = np.linspace(0.0, 1.0, BORDER_STEPS + 1), np.zeros(BORDER_STEPS + 1)
+        sides = (along, across), (along, across + 1), (across, along), (across + 1, along)
+        border: Array = np.concatenate([np.column_stack(side) for side in sides]) * (self.width_px, self.height_px)
+        return border
+
+    def covering_pinhole(self) -> "Camera":
+        """Return the camera without distortion, of the same focal length, that sees all that this one sees.
+
+        Its picture has an even number of rows and columns and the principal point in its middle. A camera without
+        distortion is its own.
+
+        Raises:
+            InputError: the distortion folds the picture's border back, so that no pinhole camera covers it.
+        """
+        if self.k1 == 0.0 == self.k2:
+            return self
+        border = self.border_px()
+        rays = self.rays(border)
+        if not np.allclose(self.project(rays), border, atol=1e-3):
+            raise InputError(
+                where="a camera's lens",
+                found=f"k1 = {self.k1}, k2 = {self.k2}, which show one direction twice within the picture",
+                wanted="a distortion that grows towards the picture's corners",
+                todo="lower k1, raise k2, or narrow the field of view",
+            )
+        half_u, half_v = np.ceil(np.abs(rays[:, :2]).max(axis=0) * (self.fx_px, self.fy_px) - 1e-9)
+        return Camera(
+            width_px=2 * int(half_u),
+            height_px=2 * int(half_v),
+            fx_px=self.fx_px,
+            fy_px=self.fy_px,
+            cx_px=float(half_u),
+            cy_px=float(half_v),
+        )
 
     def _distorted(self, plane: Array) -> Array:
         if self.k1 == 0.0 == self.k2:

@@ -2,71 +2,79 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from importlib import resources
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import sapien
 from numpy.typing import NDArray
 
-from adc_bench.geometry import Pose2, Pose3
+from adc_bench.geometry import Camera, Pose2, Pose3
 from adc_bench.render.driver import choose_software_driver
+from adc_bench.render.exposure import Metered, exposure_for, follow, seen_floor, settled, shutter_and_gain, way_back
 from adc_bench.render.labels import labels_of
-from adc_bench.render.light import exposure_for
-from adc_bench.render.picture import deliver
-from adc_bench.render.scene import StaticScene, sapien_pose
+from adc_bench.render.light import white_of
+from adc_bench.render.motion_blur import Flow, MotionBlur
+from adc_bench.render.scene import StaticScene
+from adc_bench.render.sensor import Sensor
+from adc_bench.render.view import View, use_arena_pack
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.frame import Conditions, Frame
+from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
-from adc_bench.world.sensors import CameraMount, SensorRig
+from adc_bench.world.sensors import CameraMount, Imaging, SensorRig
 from adc_bench.world.streams import stream
 
-NEAR_M, FAR_M = 0.05, 40.0
-# Floor points, in the robot frame, whose light the exposure follows.
-METERED = np.array([[x, y] for x in (0.6, 1.1, 1.6) for y in (-0.4, 0.0, 0.4)])
-NOISE_SD_BRIGHT, NOISE_SD_DARK = 1.0, 5.0  # of 255, at the lowest and at the highest exposure
-EXPOSURE_DARK = 4.0
+STILL = Motion()
+FREE_IMAGING = Imaging()  # whose white balance the camera of `look_from` has
+
+
+class RigCamera:
+    """One camera of the rig: its view of the scene, its motion blur, its sensor."""
+
+    def __init__(self, scene: sapien.Scene, mount: CameraMount) -> None:
+        self.mount, self.view = mount, View(scene, mount.camera())
+        self.blur = MotionBlur(self.view.camera, self.view.pinhole)
+        self.sensor = Sensor(mount)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Taken:
+    """A delivered picture and how it came about."""
+
+    file: bytes
+    exposure: float
+    shutter_s: float
+    flow: Flow | None
 
 
 class ArenaRenderer:
     """Renders scenarios on the software Vulkan driver; one a process, reused from scenario to scenario."""
 
     def __init__(self, rig: SensorRig) -> None:
-        """Raises MachineError if the software driver is not installed."""
+        """Raises MachineError if the software driver is not installed, InputError for a lens that cannot be."""
         choose_software_driver()
-        sapien.render.set_camera_shader_dir(str(resources.files("adc_bench.render") / "shaders" / "arena"))
-        sapien.render.set_picture_format("Color", "r8g8b8a8unorm")
-        sapien.render.set_picture_format("Label", "r8g8b8a8unorm")
+        use_arena_pack()
         self.rig = rig
         self._system = sapien.render.RenderSystem()
         self._scene = sapien.Scene([self._system])
-        self._cameras: Mapping[str, sapien.render.RenderCameraComponent] = {
-            mount.name: self._add_camera(mount) for mount in rig.cameras
-        }
+        self._cameras: Mapping[str, RigCamera] = {mount.name: RigCamera(self._scene, mount) for mount in rig.cameras}
         self._static: StaticScene | None = None
+        self._free: View | None = None
 
     @property
     def device_name(self) -> str:
         """The Vulkan device's name with its version."""
         return str(self._system.device.name)
 
-    def _add_camera(self, mount: CameraMount) -> sapien.render.RenderCameraComponent:
-        camera = mount.camera()
-        component = sapien.render.RenderCameraComponent(mount.width_px, mount.height_px)
-        component.set_perspective_parameters(NEAR_M, FAR_M, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, 0.0)
-        entity = sapien.Entity()
-        entity.add_component(component)
-        self._scene.add_entity(entity)
-        return component
-
     def load(self, scenario: Scenario) -> None:
-        """Build the scenario's arena in place of the one before."""
+        """Build the scenario's arena in place of the one before; auto-exposure and noise start anew."""
         if self._static:
             self._static.remove()
         self._static = StaticScene(self._scene, scenario)
         self._scenario = scenario
         self._taken: Counter[str] = Counter()
+        self._metered: dict[str, Metered] = {}
 
     def set_panel(self, sign: PanelSign) -> None:
         """Switch both panels."""
@@ -78,74 +86,111 @@ class ArenaRenderer:
         return self._static
 
     def pose_world_camera(self, camera_name: str, pose_world_robot: Pose3) -> Pose3:
-        """Return where the camera truly is: mount errors of this scenario's robot included."""
+        """Return where the camera truly is: mount errors of this scenario's robot and its body's tilt included."""
         truth = self._scenario.robot_truth
         mount = self.rig.camera(camera_name)
         return pose_world_robot @ mount.pose_robot_camera(truth.camera_pitch_rad, truth.camera_roll_rad)
 
     def exposure(self, pose_world_robot: Pose3) -> float:
-        """Return the exposure that the light on the floor before the robot leads to."""
-        points = pose_world_robot.transform(np.column_stack([METERED, np.zeros(len(METERED))]))[:, :2]
-        return exposure_for(self._scenario.look, self._arena.floor_irradiance(points))
+        """Return the exposure that the light on the floor before the robot leads to in the end."""
+        return settled(self._scenario.look, self._arena.floor_irradiance, pose_world_robot)
 
     def exposed(self, camera_name: str, pose_world_robot: Pose3, exposure: float) -> NDArray[np.uint8]:
-        """Return the noiseless picture (h, w, 4) uint8 at a given exposure."""
-        component = self._cameras[camera_name]
-        component.entity.set_pose(sapien_pose(self.pose_world_camera(camera_name, pose_world_robot)))
-        self._scene.set_ambient_light([exposure] * 3)
-        self._scene.update_render()
-        component.take_picture()
-        picture: NDArray[np.uint8] = component.get_picture("Color")
-        return picture
+        """Return the noiseless sharp picture (h, w, 4) uint8 at a given exposure, behind the lens."""
+        camera = self._cameras[camera_name]
+        self._draw(camera, pose_world_robot, exposure)
+        return camera.view.colour()
 
     def raw(self, camera_name: str, pose_world_robot: Pose3) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return the noiseless picture (h, w, 4) uint8 and the label ids (h, w) uint8."""
+        """Return the noiseless sharp picture (h, w, 4) uint8 and the label ids (h, w) uint8, exposure settled."""
         colour = self.exposed(camera_name, pose_world_robot, self.exposure(pose_world_robot))
-        return colour, self._label_ids(camera_name)
+        return colour, self._cameras[camera_name].view.label_ids()
 
-    def picture(self, camera_name: str, pose_world_robot: Pose3) -> bytes:
-        """Return the delivered JPEG; the n-th of a scenario's camera always has the same noise."""
+    def picture(
+        self, camera_name: str, pose_world_robot: Pose3, *, time_s: float | None = None, motion: Motion = STILL
+    ) -> bytes:
+        """Return the delivered file of a drive's picture at mid-exposure `time_s`.
+
+        The n-th of a scenario's camera always has the same noise. The camera's exposure follows from picture to
+        picture; without a time, it has settled.
+        """
+        camera, wanted = self._cameras[camera_name], self.exposure(pose_world_robot)
+        if time_s is not None:
+            before, lag_s = self._metered.get(camera_name), camera.mount.imaging.exposure_lag_s
+            self._metered[camera_name] = now = follow(before, wanted, time_s, lag_s)
+            wanted = now.exposure
         index = self._taken[camera_name]
         self._taken[camera_name] += 1
-        exposure = self.exposure(pose_world_robot)
-        rgba = self.exposed(camera_name, pose_world_robot, exposure)
-        return self._deliver(rgba, camera_name, index, exposure)
+        return self._take(camera, index, pose_world_robot, wanted, motion).file
 
-    def frame(self, index: int, camera_name: str, pose_world_robot: Pose3) -> Frame:
-        """Return the delivered picture with its truth; noise is drawn by the frame's index."""
-        exposure = self.exposure(pose_world_robot)
-        rgba = self.exposed(camera_name, pose_world_robot, exposure)
-        mount, pose_camera = self.rig.camera(camera_name), self.pose_world_camera(camera_name, pose_world_robot)
-        look = self._scenario.look
+    def frame(self, index: int, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> Frame:
+        """Return the delivered picture with its truth; noise is drawn by the frame's index.
+
+        The exposure is that of a robot which came here at this motion.
+        """
+        camera, look = self._cameras[camera_name], self._scenario.look
+        exposure = self._exposure_on_the_way(camera, pose_world_robot, motion)
+        taken = self._take(camera, index, pose_world_robot, exposure, motion)
+        pose_camera = self.pose_world_camera(camera_name, pose_world_robot)
         x, y, _ = pose_world_robot.translation_m
         yaw = float(np.arctan2(pose_world_robot.rotation[1, 0], pose_world_robot.rotation[0, 0]))
         return Frame(
             index=index,
             camera=camera_name,
-            jpeg=self._deliver(rgba, camera_name, index, exposure),
-            width_px=mount.width_px,
-            height_px=mount.height_px,
+            jpeg=taken.file,
+            width_px=camera.mount.width_px,
+            height_px=camera.mount.height_px,
             pose_world_robot=Pose2(x_m=float(x), y_m=float(y), yaw_rad=yaw),
             pose_world_camera=pose_camera,
-            labels=labels_of(self._label_ids(camera_name), self._arena.targets, mount.camera(), pose_camera),
+            labels=labels_of(camera.view.label_ids(), self._arena.targets, camera.view.camera, pose_camera),
             conditions=Conditions(
                 scenario=self._scenario.name,
                 look_id=look.look_id,
                 light_level=look.light_level,
                 illuminance_lux=look.illuminance_lux,
-                exposure=exposure,
+                exposure=taken.exposure,
+                shutter_s=taken.shutter_s,
+                blur_px=taken.flow.mean_px if taken.flow else 0.0,
                 in_tunnel=self._in_tunnel(pose_camera.translation_m[:2]),
             ),
         )
 
-    def _label_ids(self, camera_name: str) -> NDArray[np.uint8]:
-        picture: NDArray[np.uint8] = self._cameras[camera_name].get_picture("Label")
-        return np.asarray(cv2.extractChannel(picture, 0), np.uint8)
+    def look_from(self, camera: Camera, pose_world_camera: Pose3) -> NDArray[np.uint8]:
+        """Return what an ideal camera anywhere sees, rgb (h, w, 3) uint8; its exposure fits the floor in view."""
+        if self._free is None or self._free.camera != camera:
+            if self._free:
+                self._free.remove()
+            self._free = View(self._scene, camera)
+        floor = seen_floor(camera, pose_world_camera)
+        exposure = exposure_for(self._scenario.look, self._arena.floor_irradiance(floor))
+        self._free.take(pose_world_camera, exposure * self._white_gains(FREE_IMAGING))
+        return np.ascontiguousarray(self._free.colour()[..., :3])
 
-    def _deliver(self, rgba: NDArray[np.uint8], camera_name: str, index: int, exposure: float) -> bytes:
-        share = min(1.0, exposure / EXPOSURE_DARK)
-        noise_sd = NOISE_SD_BRIGHT + (NOISE_SD_DARK - NOISE_SD_BRIGHT) * share
-        return deliver(rgba, noise_sd, stream(self._scenario.seed, "noise", camera_name, index))
+    def _exposure_on_the_way(self, camera: RigCamera, pose_world_robot: Pose3, motion: Motion) -> float:
+        lag_s, now = camera.mount.imaging.exposure_lag_s, None
+        for time_s, pose in way_back(pose_world_robot, motion, lag_s):
+            now = follow(now, self.exposure(pose), time_s, lag_s)
+        assert now
+        return now.exposure
+
+    def _draw(self, camera: RigCamera, pose_world_robot: Pose3, exposure: float) -> None:
+        pose = self.pose_world_camera(camera.mount.name, pose_world_robot)
+        camera.view.take(pose, exposure * self._white_gains(camera.mount.imaging))
+
+    def _white_gains(self, imaging: Imaging) -> NDArray[np.float64]:
+        """Return the gains (3,) by which a camera takes its share of the lamps' colour out."""
+        gains: NDArray[np.float64] = white_of(self._scenario.look.colour_temperature_k) ** -imaging.white_balance
+        return gains
+
+    def _take(self, camera: RigCamera, index: int, pose_world_robot: Pose3, exposure: float, motion: Motion) -> Taken:
+        mount = camera.mount
+        shutter_s, gain = shutter_and_gain(exposure, mount.imaging)
+        self._draw(camera, pose_world_robot, exposure)
+        pose_camera = self.pose_world_camera(mount.name, pose_world_robot)
+        flow = camera.blur.flow(pose_world_robot, pose_camera, motion, shutter_s)
+        noise = stream(self._scenario.seed, "noise", mount.name, index)
+        picture = camera.sensor.develop(camera.view.colour(flow), gain, noise)
+        return Taken(file=camera.sensor.encode(picture), exposure=exposure, shutter_s=shutter_s, flow=flow)
 
     def _in_tunnel(self, point_world: NDArray[np.float64]) -> bool:
         scenario = self._scenario

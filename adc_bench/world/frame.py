@@ -31,13 +31,18 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Conditions(msgspec.Struct, frozen=True, kw_only=True):
-    """Under what circumstances a picture was taken."""
+    """Under what circumstances a picture was taken.
+
+    `shutter_s` is the exposure time, `blur_px` how far the picture moved meanwhile, on average over the picture.
+    """
 
     scenario: str
     look_id: str
     light_level: str
     illuminance_lux: float
     exposure: float
+    shutter_s: float = 0.0
+    blur_px: float = 0.0
     in_tunnel: bool
 
 
