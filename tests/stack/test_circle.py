@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from floor_pictures import look, road_mount
+from floor_pictures import look
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,7 +16,6 @@ from adc_bench.stack.paint import find_paint
 from adc_bench.stack.robust_fit import Fit
 from adc_bench.world.course import Course
 
-BIRDS_EYE = BirdsEye(mount=road_mount())
 COURSE = Course()
 angles = st.floats(0, 2 * math.pi)
 
@@ -57,20 +56,20 @@ def test_a_centre_on_the_other_side_or_another_radius_is_refused() -> None:
     assert first_centre(arc_points(3.0, 1)[:4], 3.0, 1, params) is None
 
 
-def circle_at(s_m: float, pose: Pose2, tilt: tuple[float, float], seed: int) -> Fit | None:
-    picture = look(pose, pitch_error_rad=tilt[0], roll_error_rad=tilt[1], seed=seed)
+def circle_at(birds_eye: BirdsEye, s_m: float, pose: Pose2, tilt: tuple[float, float], seed: int) -> Fit | None:
+    picture = look(pose, mount=birds_eye.mount, pitch_error_rad=tilt[0], roll_error_rad=tilt[1], seed=seed)
     lane_map = LaneMap(course=COURSE)
-    lines = find_lane_lines(LaneLines(), find_paint(BIRDS_EYE, picture), lane_map.half_lane_m)
+    lines = find_lane_lines(LaneLines(), find_paint(birds_eye, picture), lane_map.half_lane_m)
     belief = Belief(mean=np.array([pose.x_m, pose.y_m, pose.yaw_rad]), covariance=np.zeros((3, 3)))
     curves = [stretch for stretch in lane_map.stretches(lines, belief, s_m) if stretch.curvature_pm != 0]
-    return see_circle(curves[0].by_radius(), curves[0].curvature_pm, BIRDS_EYE) if curves else None
+    return see_circle(curves[0].by_radius(), curves[0].curvature_pm, birds_eye) if curves else None
 
 
 @pytest.mark.parametrize(("s_m", "centre"), [(9.0, (5.35, 0.0)), (17.8, (0.90, 0.0)), (30.0, (-5.35, 0.0))])
-def test_centres_of_loops_and_s_roads_from_pixels(s_m: float, centre: tuple[float, float]) -> None:
+def test_centres_of_loops_and_s_roads_from_pixels(birds_eye: BirdsEye, s_m: float, centre: tuple[float, float]) -> None:
     """The lines' radii differ: 3.00 and 2.225 in the first loop, 1.45 and 2.225 beyond."""
     pose = COURSE.lap.pose(s_m)
-    curve = circle_at(s_m, pose, (0.0, 0.0), seed=1)
+    curve = circle_at(birds_eye, s_m, pose, (0.0, 0.0), seed=1)
     assert curve is not None
     truth = pose.inverse().transform([centre])[0]
     error = curve.parameters - truth
@@ -78,7 +77,7 @@ def test_centres_of_loops_and_s_roads_from_pixels(s_m: float, centre: tuple[floa
     assert error @ np.linalg.solve(curve.covariance, error) < 16
 
 
-def test_the_covariance_is_honest_about_an_unknown_tilt() -> None:
+def test_the_covariance_is_honest_about_an_unknown_tilt(birds_eye: BirdsEye) -> None:
     rng = np.random.default_rng(5)
     distances = []
     for seed in range(24):
@@ -87,7 +86,7 @@ def test_the_covariance_is_honest_about_an_unknown_tilt() -> None:
             x_m=0.0, y_m=0.03 * rng.standard_normal(), yaw_rad=0.03 * rng.standard_normal()
         )
         pitch, roll = np.radians(0.3) * rng.standard_normal(2)
-        seen = circle_at(s_m, pose, (pitch, roll), seed)
+        seen = circle_at(birds_eye, s_m, pose, (pitch, roll), seed)
         assert seen is not None
         error = seen.parameters - pose.inverse().transform([(5.35, 0.0)])[0]
         assert np.hypot(*error) < 0.15

@@ -4,10 +4,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import msgspec
 import numpy as np
 import pytest
 import shapely
-from floor_pictures import look, road_mount
+from floor_pictures import LENSES, look, road_mount
 
 from adc_bench.api import Agent, Command, EncoderSamples, ImuSamples, Mission, Observation, Picture
 from adc_bench.geometry import Pose2, wrap_rad
@@ -18,7 +19,7 @@ from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.course import Course, CourseSpec
 from adc_bench.world.frame import Detections
 from adc_bench.world.robot import RobotParams
-from adc_bench.world.sensors import SensorRig
+from adc_bench.world.sensors import Lens, SensorRig
 
 START = Pose2(x_m=-0.65, y_m=-2.6125, yaw_rad=0.0)
 LAP = Course().lap
@@ -26,7 +27,14 @@ PERIOD_S, ENCODER_S = 0.05, 0.02
 PANEL = np.zeros((240, 320, 3), dtype=np.uint8)
 
 
-def mission(laps: int = 2) -> Mission:
+def rig_behind(lens: Lens) -> SensorRig:
+    rig = SensorRig()
+    return msgspec.structs.replace(
+        rig, cameras=tuple(msgspec.structs.replace(mount, lens=lens) for mount in rig.cameras)
+    )
+
+
+def mission(laps: int = 2, lens: Lens = LENSES["barrel"]) -> Mission:
     return Mission(
         name="test",
         laps=laps,
@@ -36,7 +44,7 @@ def mission(laps: int = 2) -> Mission:
         start_pose=START,
         course=CourseSpec(),
         robot=RobotParams(),
-        rig=SensorRig(),
+        rig=rig_behind(lens),
         options={},
     )
 
@@ -56,6 +64,7 @@ class World:
     radius_scale: float = 0.997
     pitch_error_rad: float = math.radians(0.2)
     arrow_at_s: float = 0.4
+    lens: Lens = LENSES["barrel"]
     pose: Pose2 = START
     time_s: float = 0.0
     wheels_rad: np.ndarray = field(default_factory=lambda: np.zeros(2))
@@ -65,7 +74,8 @@ class World:
         if rgb is PANEL:
             sign = "panel_up" if self.time_s >= self.arrow_at_s else "panel_stop"
             return detections((sign, (100, 50, 150, 90)))
-        outline = BirdsEye(mount=road_mount()).to_pixels(self.pose.inverse().transform(Course().crosswalk_corners))
+        ring = shapely.segmentize(shapely.Polygon(self.pose.inverse().transform(Course().crosswalk_corners)), 0.05)
+        outline = BirdsEye(mount=road_mount(self.lens)).to_pixels(np.asarray(ring.exterior.coords))
         if np.isnan(outline).any():
             return detections()
         shown = shapely.Polygon(outline).intersection(shapely.box(0, 0, 320, 240))
@@ -74,7 +84,7 @@ class World:
     def observe(self, step: int, with_road: bool) -> Observation:
         pictures = {}
         if with_road:
-            rgb = look(self.pose, pitch_error_rad=self.pitch_error_rad, seed=step)
+            rgb = look(self.pose, mount=road_mount(self.lens), pitch_error_rad=self.pitch_error_rad, seed=step)
             pictures["road"] = Picture(time_s=self.time_s, rgb=rgb)
         if step % 4 == 0:
             pictures["panel"] = Picture(time_s=self.time_s, rgb=PANEL)
@@ -117,7 +127,7 @@ def error_m(truth: Pose2, command: Command) -> float:
 
 def make_driver(world: World, laps: int = 2, **params: float | bool) -> Driver:
     agent = Driver(world.detect, DriverParams(**params))  # type: ignore[arg-type]
-    agent.start(mission(laps))
+    agent.start(mission(laps, world.lens))
     return agent
 
 

@@ -1,13 +1,12 @@
 import numpy as np
 import pytest
-from floor_pictures import PER_M, X0_M, Y1_M, look, painted_floor, road_mount
+from floor_pictures import PER_M, X0_M, Y1_M, look, painted_floor
 
 from adc_bench.geometry import Pose2
 from adc_bench.stack.birds_eye import BirdsEye
 from adc_bench.stack.paint import find_paint
 from adc_bench.world.course import Course
 
-BIRDS_EYE = BirdsEye(mount=road_mount())
 NEAR_M = 1.8  # beyond, a pixel covers more floor than a line is wide
 
 LIGHTS = {
@@ -26,25 +25,25 @@ def truly_paint(points_robot: np.ndarray, pose: Pose2) -> np.ndarray:
 
 @pytest.mark.parametrize("light", LIGHTS.values(), ids=LIGHTS)
 @pytest.mark.parametrize("s_m", [-1.8, 3.0, 10.0, 17.0, 30.0])
-def test_paint_is_found_at_any_light(light: dict[str, float], s_m: float) -> None:
+def test_paint_is_found_at_any_light(birds_eye: BirdsEye, light: dict[str, float], s_m: float) -> None:
     pose = Course().lap.pose(s_m)
-    paint = find_paint(BIRDS_EYE, look(pose, **light))
-    rows, columns = np.nonzero(BIRDS_EYE.seen)
-    points = BIRDS_EYE.region.points(np.stack([columns, rows], axis=1))
+    paint = find_paint(birds_eye, look(pose, mount=birds_eye.mount, **light))
+    rows, columns = np.nonzero(birds_eye.seen)
+    points = birds_eye.region.points(np.stack([columns, rows], axis=1))
     near = points[:, 0] < NEAR_M
     truth, found = truly_paint(points[near], pose), paint.mask[rows[near], columns[near]]
     assert np.count_nonzero(truth & found) / np.count_nonzero(truth | found) > 0.65
 
 
 @pytest.mark.parametrize("noise", [1.0, 5.0])
-def test_bare_floor_has_next_to_no_paint(noise: float) -> None:
+def test_bare_floor_has_next_to_no_paint(birds_eye: BirdsEye, noise: float) -> None:
     middle_of_an_island = Pose2(x_m=5.35, y_m=-0.6, yaw_rad=np.pi / 2)
-    bare = look(middle_of_an_island, floor_level=60.0, paint_level=60.0, noise=noise)
-    assert find_paint(BIRDS_EYE, bare).mask.mean() < 0.002
+    bare = look(middle_of_an_island, mount=birds_eye.mount, floor_level=60.0, paint_level=60.0, noise=noise)
+    assert find_paint(birds_eye, bare).mask.mean() < 0.002
 
 
-def test_near_returns_the_points_of_a_band() -> None:
-    paint = find_paint(BIRDS_EYE, look(Course().lap.pose(3.0)))
+def test_near_returns_the_points_of_a_band(birds_eye: BirdsEye) -> None:
+    paint = find_paint(birds_eye, look(Course().lap.pose(3.0), mount=birds_eye.mount))
     band = paint.near(1.2, 0.1)
     x = paint.points_robot[:, 0]
     wanted = paint.points_robot[np.abs(x - 1.2) <= 0.1]
