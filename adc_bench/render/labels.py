@@ -79,14 +79,20 @@ def amodal_outline(faces_camera: Sequence[Array], camera: Camera) -> tuple[shape
     The share is one of areas as a lens without distortion would show them: a lens model says nothing about what lies
     far outside the picture.
     """
-    whole = shapely.union_all([_seen_flat(_before_near(face)) for face in faces_camera])
-    inside = whole.intersection(_field(camera))
+    pieces = [_seen_flat(_before_near(face)) for face in faces_camera]
+    whole = pieces[0] if len(pieces) == 1 else shapely.union_all(pieces)
+    field = _field(camera)
+    inside = whole if field.contains_properly(whole) else whole.intersection(field)
     if inside.is_empty:
         return inside, 1.0
-    truncation = max(0.0, 1.0 - inside.area / whole.area)
+    truncation = max(0.0, 1.0 - inside.area / whole.area) if whole.area else 0.0
     if camera.k1 or camera.k2:
-        inside = shapely.segmentize(inside, camera.width_px / camera.fx_px / EDGE_POINTS)
-    return shapely.transform(inside, lambda plane: camera.project(np.insert(plane, 2, 1.0, axis=1))), truncation
+        inside = inside.segmentize(camera.width_px / camera.fx_px / EDGE_POINTS)
+    return shapely.transform(inside, lambda plane: camera.project(_at_one_metre(plane))), truncation
+
+
+def _at_one_metre(plane: Array) -> Array:
+    return np.column_stack([plane, np.ones(len(plane))])
 
 
 @lru_cache(maxsize=16)
@@ -94,12 +100,17 @@ def _field(camera: Camera) -> shapely.Polygon:
     """Return the picture's border in the plane z = 1 before the camera."""
     frame = shapely.box(0.0, 0.0, camera.width_px, camera.height_px)
     border = shapely.get_coordinates(shapely.segmentize(frame, camera.width_px / EDGE_POINTS))
-    return shapely.Polygon(camera.rays(border)[:, :2])
+    field = shapely.Polygon(camera.rays(border)[:, :2])
+    shapely.prepare(field)
+    return field
 
 
 def _seen_flat(corners: Array) -> shapely.Geometry:
     """Return the convex piece's outline in the plane z = 1, from corners (n, 3) before the camera."""
-    return shapely.MultiPoint(corners[:, :2] / corners[:, 2:]).convex_hull
+    if len(corners) < 3:
+        return shapely.Polygon()
+    line: shapely.LineString = shapely.linestrings(corners[:, :2] / corners[:, 2:])
+    return line.convex_hull
 
 
 def _before_near(corners: Array) -> Array:

@@ -16,7 +16,8 @@ class Label(msgspec.Struct, frozen=True, kw_only=True):
 
     `box_px` is tight around the visible pixels; `amodal_box_px` is the projection of the whole object, clipped to the
     picture; `visible_fraction` is visible pixels over the pixels the object would have inside the picture with nothing
-    before it; `truncation` is the share of the unclipped projection's area outside the picture.
+    before it; `truncation` is the share of the whole projection's area outside the picture, areas as a lens without
+    distortion would show them; `distance_m` is from the camera to the mean of the object's corners.
     """
 
     category_id: int
