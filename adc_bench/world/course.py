@@ -1,7 +1,8 @@
 """The road as data: every line, dash and stripe of the figure-eight from one geometric description.
 
 World frame: origin midway between the loop centres, x along the long axis in the starting direction, y left, z up.
-Figures: set A of the course (line centres), measured on the 2022 track drawing; lengths in metres.
+Figures are of line centres, in metres. `COURSE_SETS["a"]` is measured on the 2022 track drawing, `"b"` has the wider
+radii and lines of the older simulators.
 """
 
 import math
@@ -15,6 +16,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from adc_bench.geometry import Path, Piece, Pose2, arc, line
+from adc_bench.world.parking import BaySpec, ParkingPlace, bay_paint, bay_places
 
 Array = NDArray[np.float64]
 QUARTER = math.pi / 2
@@ -44,6 +46,8 @@ class CourseSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     bulge_start_x_m: float = 0.35
     bulge_taper_m: float = 1.00
     bulge_depth_m: float = 0.85
+    bulge_dash_width_m: float = 0.05
+    bay: BaySpec = BaySpec()
 
     @property
     def crosswalk_depth_m(self) -> float:
@@ -59,6 +63,25 @@ class CourseSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     def lane_outer_radius_m(self) -> float:
         """Radius of the lane farther from a loop's centre."""
         return (self.radius_centre_m + self.radius_outer_m) / 2
+
+
+COURSE_SETS: Mapping[str, CourseSpec] = {
+    "a": CourseSpec(),
+    # Radii, centres and 10 cm lines of benchmark.md's set B; crosswalk and dashes as CONDE's drawing has them.
+    "b": CourseSpec(
+        loop_centre_x_m=5.30,
+        s_road_centre_x_m=0.60,
+        radius_outer_m=3.15,
+        radius_centre_m=2.35,
+        radius_inner_m=1.55,
+        edge_line_width_m=0.10,
+        stop_line_length_m=1.30,
+        stop_line_gap_m=0.05,
+        stripe_length_m=0.30,
+        bulge_start_x_m=0.30,
+        bulge_dash_width_m=0.10,
+    ),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +193,9 @@ class Course:
 
     @cached_property
     def dashed_lines(self) -> tuple[Path, ...]:
-        """The paths along which dashes are painted, each beginning with a dash."""
+        """The paths along which dashes are painted, each beginning with a dash: the road's centre line over the +x
+        loop and over the -x loop, and the parallel bay's side.
+        """
         c = self.spec
         clear = c.crosswalk_depth_m / 2 + c.dash_gap_at_crosswalk_m
         mouth = math.acos(1 - c.dash_gap_at_mouth_m / c.radius_centre_m)
@@ -198,7 +223,7 @@ class Course:
     @cached_property
     def paint(self) -> tuple[shapely.Polygon, ...]:
         """Every white mark on the floor as a polygon."""
-        return (*self._edge_paint(), *self._dash_paint(), *self._crosswalk_paint())
+        return (*self._edge_paint(), *self._dash_paint(), *self._crosswalk_paint(), *self._bay_paint())
 
     def _edge_paint(self) -> list[shapely.Polygon]:
         half = self.spec.edge_line_width_m / 2
@@ -211,12 +236,13 @@ class Course:
 
     def _dash_paint(self) -> list[shapely.Polygon]:
         c = self.spec
+        widths_m = (c.dash_width_m, c.dash_width_m, c.bulge_dash_width_m)
         dashes = []
-        for path in self.dashed_lines:
+        for path, width_m in zip(self.dashed_lines, widths_m, strict=True):
             for start_m in np.arange(0.0, path.length_m, c.dash_period_m):
                 s = np.linspace(start_m, min(start_m + c.dash_length_m, path.length_m), 9)
                 if s[-1] - s[0] > c.dash_length_m / 2:
-                    dashes.append(shapely.LineString(path.poses(s)[:, :2]).buffer(c.dash_width_m / 2, cap_style="flat"))
+                    dashes.append(shapely.LineString(path.poses(s)[:, :2]).buffer(width_m / 2, cap_style="flat"))
         return dashes
 
     def _crosswalk_paint(self) -> list[shapely.Polygon]:
@@ -232,6 +258,30 @@ class Course:
             half_l, half_w = c.stripe_length_m / 2, c.stripe_width_m / 2
             marks.append(shapely.box(-half_l, middle - half_w, half_l, middle + half_w))
         return marks
+
+    def _bay_paint(self) -> tuple[shapely.Polygon, ...]:
+        return bay_paint(self.spec.bay, self.kerb_y_m)
+
+    @property
+    def kerb_y_m(self) -> float:
+        """The y of the outer edge of the outer line beside the start straight."""
+        return -self.spec.radius_outer_m - self.spec.edge_line_width_m / 2
+
+    @cached_property
+    def parking_places(self) -> tuple[ParkingPlace, ...]:
+        """The places to park: `parallel` (the bulge's flat part), then `bay_near` and `bay_far` of the two-place bay.
+
+        None of the two-place bay's lines is an edge line of the road.
+        """
+        c = self.spec
+        flat_m = c.loop_centre_x_m - c.bulge_start_x_m - 2 * c.bulge_taper_m
+        middle = Pose2(
+            x_m=(c.loop_centre_x_m + c.bulge_start_x_m) / 2,
+            y_m=-c.radius_outer_m - c.bulge_depth_m / 2,
+            yaw_rad=0.0,
+        )
+        parallel = ParkingPlace(name="parallel", pose=middle, length_m=flat_m, width_m=c.bulge_depth_m)
+        return (parallel, *bay_places(c.bay, self.kerb_y_m))
 
     @cached_property
     def road(self) -> shapely.Polygon:

@@ -17,6 +17,7 @@ from adc_bench.world.furniture import (
     FurnitureKind,
 )
 from adc_bench.world.layout import Layout
+from adc_bench.world.parking import bay_paint
 from adc_bench.world.signs import VerticalSign
 
 COUNTS: dict[FurnitureKind, tuple[int, int]] = {"cabinet": (4, 8), "poster": (5, 10), "person": (4, 8), "chair": (3, 6)}
@@ -63,6 +64,7 @@ def kept_clear(course: Course, arena: ArenaSpec, layout: Layout, signs: Sequence
     things = [shapely.Point(sign.x_m, sign.y_m) for sign in signs]
     things += [shapely.Point(solid.centre_m[:2]) for solid in gantry_solids(arena, course)]
     things += [shapely.Point(box.x_m, box.y_m).buffer(0.43) for box in layout.boxes]
+    things += [shapely.box(*shapely.total_bounds(bay_paint(course.spec.bay, course.kerb_y_m)))]
     if layout.works:
         things.append(shapely.MultiPoint([*layout.works.left, *layout.works.right]).convex_hull)
     return shapely.union_all(

@@ -1,4 +1,4 @@
-"""Splits and suites: TOML files read into frozen records, found by name or by path."""
+"""Splits, suites and layouts: TOML files read into frozen records, found by name or by path."""
 
 import tomllib
 from pathlib import Path
@@ -9,7 +9,8 @@ import msgspec
 from adc_bench.errors import InputError
 
 Record = TypeVar("Record", bound=msgspec.Struct)
-Folder = Literal["splits", "splits/suites"]
+Folder = Literal["splits", "splits/suites", "splits/layouts"]
+KINDS: dict[Folder, str] = {"splits": "split", "splits/suites": "suite", "splits/layouts": "layout"}
 
 
 def splits_folder() -> Path:
@@ -34,7 +35,7 @@ def find_record(name_or_path: str, folder: Folder) -> Path:
     path = Path(name_or_path) if is_path else _place(folder) / f"{name_or_path}.toml"
     if path.is_file():
         return path
-    kind = "suite" if folder == "splits/suites" else "split"
+    kind = KINDS[folder]
     raise InputError(
         where=f"{kind} {name_or_path!r}",
         found=f"no file {name_or_path}" if is_path else "an unknown name",

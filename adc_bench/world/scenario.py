@@ -64,12 +64,14 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     @cached_property
     def solids(self) -> tuple[Solid, ...]:
         """Everything that stands: walls, gantry, panels, the tunnel if there is one, signs, furniture."""
-        spec, course = self.arena_spec, self.course
         return (
-            *wall_solids(spec),
-            *gantry_solids(spec, course),
-            *panel_solids(spec, course),
-            *(tunnel_solids(spec, course, self.tunnel) if self.tunnel else ()),
+            *arena_solids(self.arena_spec, self.course, self.layout),
             *(solid for sign in self.signs for solid in sign_solids(sign)),
             *(solid for piece in self.furniture for solid in furniture_solids(piece)),
         )
+
+
+def arena_solids(spec: ArenaSpec, course: Course, layout: Layout) -> tuple[Solid, ...]:
+    """Return walls, gantry, panels and, if the layout has one, the tunnel."""
+    tunnel = tunnel_solids(spec, course, layout.tunnel) if layout.tunnel else ()
+    return (*wall_solids(spec), *gantry_solids(spec, course), *panel_solids(spec, course), *tunnel)

@@ -1,10 +1,17 @@
-"""What may be hit in a layout: green boxes, and the cones of the road-works with the tape between them."""
+"""What may be hit in a layout: green boxes, and the cones of the road-works with the tape between them.
+
+And whether the road-works leave a way: a robot of the rules' greatest width (adc.md 11) must get from the first cones
+to the last.
+"""
 
 from itertools import pairwise
 
 import msgspec
+import numpy as np
+import shapely
 
 from adc_bench.geometry import Pose2
+from adc_bench.world.footprints import Extents
 from adc_bench.world.layout import BoxPlace, Layout, Place, Works
 from adc_bench.world.solids import Body, Solid
 
@@ -16,6 +23,8 @@ CONE_FOOT_M = 0.02
 CONE_MASS_KG, CONE_FRICTION = 4.0, 0.6
 CONE_ALBEDO = (0.85, 0.22, 0.02)
 TAPE_HEIGHT_M, TAPE_WIDTH_M = 0.18, 0.05
+CORRIDOR_WIDTH_M = 0.60
+ROBOT_HEIGHT_M = 1.0  # what hangs higher blocks no corridor
 TAPE_SLACK = 1.01  # a tape's length over the distance that it spans
 
 
@@ -99,3 +108,41 @@ def _rows(works: Works | None) -> tuple[tuple[tuple[str, Place], ...], ...]:
         return ()
     rows = (("left", works.left), ("right", works.right))
     return tuple(tuple((f"cone_{side}_{k}", place) for k, place in enumerate(row)) for side, row in rows)
+
+
+def blocked_by(works: Works, things: Extents) -> tuple[str, ...]:
+    """Return the names of what blocks the corridor; nothing if a disc `CORRIDOR_WIDTH_M` wide gets through.
+
+    The corridor is the floor between the two rows, from the line between the first cones to that between the last.
+    `things` holds the cones themselves and whatever else stands; tapes run straight from cone to cone.
+    """
+    left, right = np.array(works.left), np.array(works.right)
+    corridor = shapely.Polygon(np.concatenate([left, right[::-1]]))
+    low = (things.low[:, 2] < ROBOT_HEIGHT_M) & (things.low[:, :2] < corridor.bounds[2:]).all(axis=1)
+    low &= (things.high[:, :2] > corridor.bounds[:2]).all(axis=1)
+    footprints = {int(k): things.footprint(int(k)) for k in np.flatnonzero(low)}
+    tapes = [shapely.LineString(row).buffer(TAPE_WIDTH_M / 2, cap_style="flat") for row in (left, right)]
+    own = [polygon for k, polygon in footprints.items() if things.owner[k].startswith("cone_")]
+    if _has_way(corridor, left, right, [*tapes, *footprints.values()]):
+        return ()
+    if not _has_way(corridor, left, right, [*tapes, *own]):
+        return _nearest_cones(works)
+    others = {k: polygon for k, polygon in footprints.items() if not things.owner[k].startswith("cone_")}
+    met = [things.owner[k] for k, polygon in others.items() if polygon.distance(corridor) < CORRIDOR_WIDTH_M / 2]
+    return tuple(dict.fromkeys(met))
+
+
+def _has_way(corridor: shapely.Polygon, left: np.ndarray, right: np.ndarray, obstacles: list[shapely.Polygon]) -> bool:
+    """Return whether the middle of a disc can move from the line between the first cones to that between the last."""
+    free = corridor.difference(shapely.union_all(obstacles).buffer(CORRIDOR_WIDTH_M / 2))
+    mouth, end = (shapely.LineString([left[k], right[k]]).buffer(1e-6) for k in (0, -1))
+    parts = shapely.get_parts(free)
+    return bool(np.any(shapely.intersects(parts, mouth) & shapely.intersects(parts, end)))
+
+
+def _nearest_cones(works: Works) -> tuple[str, str]:
+    """Return the names of the two cones of different rows that stand nearest to each other."""
+    left, right = np.array(works.left), np.array(works.right)
+    apart_m = np.linalg.norm(left[:, None] - right[None, :], axis=2)
+    i, j = np.unravel_index(int(apart_m.argmin()), apart_m.shape)
+    return f"cone_left_{i}", f"cone_right_{j}"
