@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 class Flow:
     """How a picture moves over one exposure.
 
-    `shift_px` (h, w, 2) is in pixels of the pinhole picture, `mean_px` and `longest_px` are lengths in pixels of the
-    delivered one; `rows` are those that blur.
+    `shift_px` (2, h, w), u and v, is in pixels of the pinhole picture; `mean_px` and `longest_px` are lengths in pixels
+    of the delivered one; `rows` are those that blur.
     """
 
     shift_px: NDArray[np.float32]
@@ -73,12 +73,13 @@ class MotionBlur:
         mean_px, longest_px = float(lengths.mean()), float(lengths.max())
         if longest_px < SHARP_PX:
             return None
-        shift = (self._pinhole.project(last) - self._pinhole.project(first)).astype(np.float32)
+        shift = (self._pinhole.project(last) - self._pinhole.project(first)).astype(np.float32).T
+        coarse = shift.reshape(2, self._rows, self._columns)
         size = (self._camera.width_px, self._camera.height_px)
         blurs = np.flatnonzero(lengths.max(axis=1) > SHARP_PX)
         cell = self._camera.height_px / self._rows
         return Flow(
-            shift_px=np.asarray(cv2.resize(shift.reshape(self._rows, self._columns, 2), size), np.float32),
+            shift_px=np.array([cv2.resize(plane, size) for plane in coarse], np.float32),
             mean_px=mean_px,
             longest_px=longest_px,
             rows=slice(round(blurs[0] * cell), round((blurs[-1] + 1) * cell)),
