@@ -1,16 +1,102 @@
-"""Labels against brute force on pictures made by hand, and against a projection written again."""
+"""Labels against brute force on pictures made by hand, and against OpenCV's projection through the lens."""
 
 from collections.abc import Callable
 
+import cv2
+import msgspec
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from adc_bench.geometry import Pose2
+from adc_bench.geometry import Camera, Pose2, Pose3, rotation_zyx
 from adc_bench.render import ArenaRenderer
-from adc_bench.render.labels import Target, labels_of, projected_outline, tight_box
-from adc_bench.world.categories import CATEGORY_ID
+from adc_bench.render.labels import amodal_outline, labels_of, tight_box
+from adc_bench.render.targets import Target, label_ids, targets_of
+from adc_bench.world.categories import CATEGORIES, CATEGORY_ID, PANEL_SIGNS, PanelSign
+from adc_bench.world.course import CourseSpec
+from adc_bench.world.frame import Label
+from adc_bench.world.layout import BoxPlace, Layout, Works
 from adc_bench.world.scenario import Scenario
-from adc_bench.world.sensors import SensorRig
+from adc_bench.world.sensors import CameraMount
+from adc_bench.world.signs import BOARD_M, draw_signs
+from adc_bench.world.streams import stream
+
+Array = NDArray[np.float64]
+LENSES = [(0.0, 0.0), (-0.12, 0.015), (-0.276, 0.045)]
+LAYOUT = Layout(
+    boxes=(BoxPlace(x_m=2.0, y_m=-2.2), BoxPlace(x_m=3.0, y_m=-3.0, yaw_rad=0.4)),
+    works=Works(left=((8.5, 3.5), (9.3, 2.5)), right=((7.7, 3.0), (8.5, 2.1))),
+)
+
+
+@pytest.fixture(scope="module")
+def scenario(scenario_of: Callable[..., Scenario]) -> Scenario:
+    signs = draw_signs(CourseSpec(), stream(1, "signs"))
+    return msgspec.structs.replace(scenario_of("normal"), layout=LAYOUT, signs=signs)
+
+
+@pytest.fixture(scope="module")
+def targets(scenario: Scenario) -> dict[str, Target]:
+    return {target.instance: target for target in targets_of(scenario, "up")}
+
+
+def road_mount(scenario: Scenario) -> CameraMount:
+    return scenario.rig.camera("road")
+
+
+def camera_of(k1: float = 0.0, k2: float = 0.0, width_px: int = 320, height_px: int = 240) -> Camera:
+    return Camera.from_hfov(width_px=width_px, height_px=height_px, hfov_rad=np.radians(70), k1=k1, k2=k2)
+
+
+def pose_towards(target: Target, offset_object: Array, roll_rad: float = 0.0) -> Pose3:
+    """Return a camera at a point of the target's frame that looks at its origin."""
+    (eye,) = target.pose_world_object.transform(offset_object[None])
+    ahead = target.pose_world_object.translation_m - eye
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    upright = np.column_stack([right, np.cross(ahead, right), ahead])
+    rolled = upright @ rotation_zyx(roll_rad, 0.0, 0.0)
+    return Pose3(rotation=rolled, translation_m=eye)
+
+
+def by_opencv(points_world: Array, camera: Camera, pose_world_camera: Pose3) -> Array:
+    """Return pixels (n, 2), the first pixel's middle at one half as everywhere here."""
+    inverse = pose_world_camera.inverse()
+    turn, _ = cv2.Rodrigues(inverse.rotation)
+    lens = np.array([camera.k1, camera.k2, 0.0, 0.0])
+    pixels, _ = cv2.projectPoints(points_world, turn, inverse.translation_m, camera.matrix(), lens)
+    return np.asarray(pixels.reshape(-1, 2), np.float64)
+
+
+def edge_points(target: Target, steps: int = 60) -> Array:
+    """Return points (n, 3) in the world on all lines between two corners of a piece: its edges are among them."""
+    share = np.linspace(0.0, 1.0, steps)[:, None, None, None]
+    lines = [(face[:, None] * share + face[None] * (1 - share)).reshape(-1, 3) for face in target.faces]
+    return target.pose_world_object.transform(np.concatenate(lines))
+
+
+def rays_through_pixels(camera: Camera) -> Array:
+    """Return OpenCV's directions (h, w, 3), z = 1, through all pixels' middles."""
+    v, u = np.mgrid[: camera.height_px, : camera.width_px] + 0.5
+    lens = np.array([camera.k1, camera.k2, 0.0, 0.0])
+    pixels, exact = np.column_stack([u.ravel(), v.ravel()])[:, None], (cv2.TERM_CRITERIA_COUNT, 60, 0.0)
+    flat = cv2.undistortImagePoints(pixels, camera.matrix(), lens, arg1=exact).reshape(*u.shape, 2)
+    return np.dstack([(flat - (camera.cx_px, camera.cy_px)) / camera.fx_px, np.ones(u.shape)])
+
+
+def ray_cast(target: Target, low: Array, high: Array, camera: Camera, pose: Pose3) -> NDArray[np.uint8]:
+    """Return the label picture of an upright box (in the target's frame) alone, by slabs."""
+    inside = target.pose_world_object.inverse() @ pose
+    way = rays_through_pixels(camera) @ inside.rotation.T + 1e-12
+    near, far = (low - inside.translation_m) / way, (high - inside.translation_m) / way
+    enter, leave = np.minimum(near, far).max(axis=-1), np.maximum(near, far).min(axis=-1)
+    return np.where((enter < leave) & (leave > 0), target.label_id, 0).astype(np.uint8)
+
+
+def only(labels: tuple[Label, ...]) -> Label:
+    (label,) = labels
+    return label
 
 
 def test_the_tight_box_is_the_brute_force_one() -> None:
@@ -22,59 +108,201 @@ def test_the_tight_box_is_the_brute_force_one() -> None:
         assert tight_box(mask) == (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
 
 
-def test_labels_of_visible_objects_only() -> None:
-    mount = SensorRig().camera("road")
-    pose = Pose2(x_m=0.0, y_m=0.0, yaw_rad=0.0).to_pose3() @ mount.pose_robot_camera()
-    square = np.array([[1.5, 0.2, 0], [1.9, 0.2, 0], [1.9, -0.2, 0], [1.5, -0.2, 0]])
-    targets = [
-        Target(label_id=1, category_id=1, instance="seen", corners_world=square),
-        Target(label_id=2, category_id=1, instance="hidden", corners_world=square),
+def test_ids_go_by_crosswalk_panels_signs_bodies(scenario: Scenario, targets: dict[str, Target]) -> None:
+    ids = label_ids(scenario)
+    assert list(ids)[:4] == ["crosswalk", "panel_facing_west", "panel_facing_east", "sign_0"]
+    assert list(ids)[14:] == [
+        "sign_11",
+        "box_0",
+        "box_1",
+        *(f"cone_{s}_{k}" for s in ("left", "right") for k in (0, 1)),
     ]
-    ids = np.zeros((240, 320), np.uint8)
-    ids[100:120, 150:190] = 1
-    labels = labels_of(ids, targets, mount.camera(), pose)
-    assert [label.instance for label in labels] == ["seen"]
-    assert labels[0].box_px == (150, 100, 190, 120) and labels[0].visible_px == 800
+    assert list(ids.values()) == list(range(1, len(ids) + 1))
+    assert {name: target.label_id for name, target in targets.items()} == ids
+    for sign in scenario.signs:
+        assert CATEGORIES[targets[sign.name].category_id - 1] == sign.sign
 
 
-def test_an_outline_behind_the_camera_is_cut_at_the_near_plane() -> None:
-    camera = SensorRig().camera("road").camera()
-    corners = np.array([[-0.5, 0.5, 2.0], [0.5, 0.5, 2.0], [0.5, 0.5, -1.0], [-0.5, 0.5, -1.0]])
-    outline = projected_outline(corners, camera)
-    assert outline.is_valid and outline.area > camera.width_px * camera.height_px
-    assert projected_outline(corners - [0, 0, 5], camera).is_empty
+@pytest.mark.parametrize("shown", PANEL_SIGNS)
+def test_both_panels_are_labelled_by_the_sign_shown(scenario: Scenario, shown: PanelSign) -> None:
+    for target in targets_of(scenario, shown)[1:3]:
+        assert target.category_id == CATEGORY_ID[f"panel_{shown}"]
 
 
-def _crosswalk_by_hand(scenario: Scenario, renderer: ArenaRenderer, pose: Pose2) -> np.ndarray:
-    """Project a dense grid over the crosswalk's rectangle and keep what falls into the picture."""
-    corners = scenario.course.crosswalk_corners
-    x, y = np.meshgrid(np.linspace(*corners[[0, 1], 0], 200), np.linspace(*corners[[1, 2], 1], 400))
-    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    camera_pose = renderer.pose_world_camera("road", pose.to_pose3())
-    in_camera = (points - camera_pose.translation_m) @ camera_pose.rotation
-    in_camera = in_camera[in_camera[:, 2] > 0.02]
-    camera = scenario.rig.camera("road").camera()
-    u = camera.fx_px * in_camera[:, 0] / in_camera[:, 2] + camera.cx_px
-    v = camera.fy_px * in_camera[:, 1] / in_camera[:, 2] + camera.cy_px
-    inside = (u > 0) & (u < 320) & (v > 0) & (v < 240)
-    return np.column_stack([u, v])[inside]
+def test_a_pushed_body_is_labelled_where_it_is(scenario: Scenario, targets: dict[str, Target]) -> None:
+    pushed = Pose3(rotation=rotation_zyx(0.3, 0.1, 0.0), translation_m=np.array([2.5, -2.0, 0.1]))
+    now = {target.instance: target for target in targets_of(scenario, "up", {"box_0": pushed})}
+    assert now["box_0"].pose_world_object is pushed
+    assert np.allclose(now["box_1"].pose_world_object.matrix(), targets["box_1"].pose_world_object.matrix())
 
 
+def test_a_cone_is_as_large_as_it_should_be(targets: dict[str, Target]) -> None:
+    corners = np.concatenate(targets["cone_left_0"].faces)
+    assert np.ptp(corners, axis=0) == pytest.approx([0.15, 0.15, 0.23])
+    tip = corners[corners[:, 2] > 0.229]
+    assert np.allclose(tip[:, :2], 0.0)
+
+
+@pytest.mark.parametrize(("k1", "k2"), LENSES)
+@pytest.mark.parametrize("instance", ["crosswalk", "panel_facing_west", "sign_3", "box_1", "cone_left_1"])
+def test_a_whole_objects_outline_is_opencvs(targets: dict[str, Target], instance: str, k1: float, k2: float) -> None:
+    target, camera = targets[instance], camera_of(k1, k2)
+    rng = np.random.default_rng(7)
+    front = np.array(target.front or (0.0, 0.0, 1.0))
+    compared = 0
+    while compared < 12:
+        offset = rng.uniform(0.6, 4.0) * (front + rng.uniform(-0.8, 0.8, 3))
+        pose = pose_towards(target, offset, rng.uniform(-1, 1)) @ Pose3(
+            rotation=rotation_zyx(0.0, *rng.uniform(-0.35, 0.35, 2)), translation_m=np.zeros(3)
+        )
+        points = edge_points(target)
+        if (pose.inverse().transform(points)[:, 2] < 0.1).any():
+            continue
+        pixels = by_opencv(points, camera, pose)
+        if (pixels < 0).any() or (pixels > (320, 240)).any():
+            continue
+        inverse = pose.inverse() @ target.pose_world_object
+        outline, truncation = amodal_outline([inverse.transform(face) for face in target.faces], camera)
+        assert truncation == pytest.approx(0.0, abs=1e-9)
+        assert outline.bounds == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.1)
+        compared += 1
+
+
+@pytest.mark.parametrize(("k1", "k2"), LENSES)
+@pytest.mark.parametrize("size_px", [(320, 240), (640, 480)])
+def test_an_object_in_the_open_is_wholly_visible_and_half_of_it_by_half(
+    targets: dict[str, Target], k1: float, k2: float, size_px: tuple[int, int]
+) -> None:
+    target, camera = targets["box_1"], camera_of(k1, k2, *size_px)
+    low, high = np.array([-0.3, -0.3, 0.0]), np.array([0.3, 0.3, 0.3])
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        pose = pose_towards(target, np.array([*rng.uniform(-1.5, 1.5, 2), 0.8]))
+        ids = ray_cast(target, low, high, camera, pose)
+        label = only(labels_of(ids, [target], camera, pose))
+        assert label.visible_px == np.count_nonzero(ids)
+        assert label.visible_fraction > 0.97
+        assert label.box_px == pytest.approx(label.amodal_box_px, abs=1.01)
+        columns = np.flatnonzero(np.cumsum((ids > 0).sum(axis=0)) >= label.visible_px / 2)
+        hidden = ids.copy()
+        hidden[:, : columns[0]] = 0
+        half = only(labels_of(hidden, [target], camera, pose))
+        assert half.visible_fraction == pytest.approx(0.5, abs=0.03)
+        assert half.amodal_box_px == label.amodal_box_px and half.truncation == label.truncation
+        assert half.box_px[0] == columns[0]
+
+
+def test_an_object_at_the_picture_border_is_truncated_by_its_share_outside() -> None:
+    camera, middle = camera_of(), np.array([160.0, 120.0])
+    for share in (0.25, 0.5, 0.75):
+        half = 20.0
+        centre = np.array([320 - half + 2 * half * share, 120.0])
+        corners_px = centre + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        corners = np.column_stack([(corners_px - middle) / camera.fx_px, np.ones(4)]) * 2.0
+        outline, truncation = amodal_outline([corners], camera)
+        assert truncation == pytest.approx(share)
+        assert outline.bounds == pytest.approx((centre[0] - half, 100, 320, 140))
+
+
+@pytest.mark.parametrize(("k1", "k2"), LENSES)
 @pytest.mark.parametrize("s_m", [37.2, 38.4, 39.0, 39.6, 19.0, 20.6])
-def test_the_crosswalk_box_is_where_an_independent_projection_puts_it(
-    renderer: ArenaRenderer, scenario_of: Callable[..., Scenario], s_m: float
+def test_the_crosswalk_is_where_rays_through_the_pixels_meet_it(
+    scenario: Scenario, targets: dict[str, Target], s_m: float, k1: float, k2: float
+) -> None:
+    target, camera = targets["crosswalk"], camera_of(k1, k2)
+    pose = scenario.course.lap.pose(s_m).to_pose3() @ road_mount(scenario).pose_robot_camera()
+    half = np.abs(target.faces[0][0])
+    thin = np.array([0.0, 0.0, 1e-6])
+    ids = ray_cast(target, -half - thin, half, camera, pose)
+    label = only(labels_of(ids, [target], camera, pose))
+    # a sharp corner misses the middle of its last pixels
+    assert label.amodal_box_px == pytest.approx(label.box_px, abs=2.0)
+    assert label.visible_fraction > 0.98
+    assert 0.0 <= label.truncation < 1.0
+
+
+def test_an_object_through_the_camera_plane_is_cut_there() -> None:
+    camera = camera_of()
+    corners = np.array([[-0.5, 0.5, 2.0], [0.5, 0.5, 2.0], [0.5, 0.5, -1.0], [-0.5, 0.5, -1.0]])
+    outline, truncation = amodal_outline([corners], camera)
+    # a strip half a metre under the camera, 1 m wide: it ends 2 m ahead, and leaves the picture's foot 120 px to
+    # either side of the middle, which lies 120 px over the foot
+    assert outline.bounds == pytest.approx((40.0, 120 + camera.fy_px / 4, 280.0, 240.0))
+    assert truncation > 0.9
+    behind, _ = amodal_outline([corners - [0, 0, 5]], camera)
+    assert behind.is_empty
+
+
+@pytest.mark.parametrize("instance", ["sign_0", "sign_5", "sign_9", "panel_facing_west", "panel_facing_east"])
+def test_nothing_is_labelled_from_behind(targets: dict[str, Target], instance: str) -> None:
+    target, camera = targets[instance], camera_of(-0.12, 0.015)
+    ids = np.full((240, 320), target.label_id, np.uint8)
+    for sideways in (-0.8, 0.0, 0.8):
+        before = pose_towards(target, np.array([1.0, sideways, 0.1]))
+        assert only(labels_of(ids, [target], camera, before)).instance == instance
+        behind = pose_towards(target, np.array([-1.0, sideways, 0.1]))
+        assert labels_of(ids, [target], camera, behind) == ()
+
+
+def test_a_board_seen_along_its_plane_is_an_ignore_region(targets: dict[str, Target]) -> None:
+    target, camera = targets["sign_0"], camera_of()
+    pose = pose_towards(target, np.array([target.faces[0][0, 0] + 1e-9, 1.0, 0.0]))
+    ids = np.zeros((240, 320), np.uint8)
+    ids[110:130, 160] = target.label_id
+    label = only(labels_of(ids, [target], camera, pose))
+    assert label.ignore and 0.0 <= label.truncation <= 1.0
+
+
+def test_labels_of_visible_objects_only(targets: dict[str, Target]) -> None:
+    camera, pose = camera_of(), pose_towards(targets["crosswalk"], np.array([-2.0, 0.0, 1.0]))
+    ids = np.zeros((240, 320), np.uint8)
+    ids[100:120, 150:190] = targets["crosswalk"].label_id
+    label = only(labels_of(ids, list(targets.values()), camera, pose))
+    assert label.instance == "crosswalk"
+    assert label.box_px == (150, 100, 190, 120) and label.visible_px == 800
+
+
+@pytest.mark.parametrize(("size_px", "least_px"), [((320, 240), 40), ((640, 480), 160)])
+def test_small_things_are_ignore_regions(targets: dict[str, Target], size_px: tuple[int, int], least_px: int) -> None:
+    target, camera = targets["cone_left_0"], camera_of(0, 0, *size_px)
+    pose = pose_towards(target, np.array([9.0, 0.0, 1.0]))
+    for count, ignored in ((least_px - 1, True), (least_px, False)):
+        ids = np.zeros((size_px[1], size_px[0]), np.uint8)
+        ids.ravel()[:count] = target.label_id
+        label = only(labels_of(ids, [target], camera, pose))
+        assert label.visible_fraction > 0.2 and label.ignore == ignored
+
+
+def test_things_mostly_hidden_are_ignore_regions(targets: dict[str, Target]) -> None:
+    target, camera = targets["box_0"], camera_of()
+    pose = pose_towards(target, np.array([-2.0, 0.0, 0.5]))
+    box = ray_cast(target, np.array([-0.3, -0.3, 0]), np.array([0.3, 0.3, 0.3]), camera, pose).ravel()
+    pixels = np.flatnonzero(box)
+    for share, ignored in ((0.17, True), (0.23, False)):
+        ids = np.zeros(240 * 320, np.uint8)
+        ids[pixels[: round(share * len(pixels))]] = target.label_id
+        label = only(labels_of(ids.reshape(240, 320), [target], camera, pose))
+        assert label.visible_px > 40 and label.ignore == ignored
+
+
+def test_a_board_is_as_far_as_its_middle(targets: dict[str, Target]) -> None:
+    target, camera = targets["panel_facing_east"], camera_of()
+    pose = pose_towards(target, np.array([2.0, 0.0, 0.0]))
+    label = only(labels_of(np.full((240, 320), target.label_id, np.uint8), [target], camera, pose))
+    assert label.distance_m == pytest.approx(2.0 - 0.02)
+    assert np.ptp(targets["sign_0"].faces[0], axis=0) == pytest.approx([0.0, BOARD_M, BOARD_M])
+
+
+def test_the_rendered_crosswalk_is_where_it_is_expected(
+    renderer: ArenaRenderer, scenario_of: Callable[..., Scenario]
 ) -> None:
     scenario = scenario_of("normal")
     renderer.load(scenario)
-    pose = scenario.course.lap.pose(s_m)
-    frame = renderer.frame(0, "road", pose.to_pose3())
-    label = next(label for label in frame.labels if label.category_id == CATEGORY_ID["crosswalk"])
-    points = _crosswalk_by_hand(scenario, renderer, pose)
-    expected = (*points.min(axis=0), *points.max(axis=0))
-    assert label.amodal_box_px == pytest.approx(expected, abs=1.0)
-    assert label.visible_fraction > 0.9
-    assert label.box_px == pytest.approx(expected, abs=1.5) or label.visible_fraction < 1.0
-    assert 0.0 <= label.truncation < 1.0
+    for s_m in (37.2, 38.4, 20.6):
+        frame = renderer.frame(0, "road", scenario.course.lap.pose(s_m).to_pose3())
+        label = next(label for label in frame.labels if label.category_id == CATEGORY_ID["crosswalk"])
+        assert label.visible_fraction > 0.9
+        assert label.box_px == pytest.approx(label.amodal_box_px, abs=1.5) or label.visible_fraction < 1.0
 
 
 def test_a_post_before_the_crosswalk_lowers_its_visible_fraction_only(
