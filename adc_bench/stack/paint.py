@@ -56,11 +56,12 @@ def find_paint(birds_eye: BirdsEye, rgb: NDArray[np.uint8], params: PaintParams 
     p = params or PaintParams()
     grey = birds_eye.grey(rgb)
     size = round(p.widest_m / birds_eye.region.cell_m)
-    floor = cv2.morphologyEx(grey, cv2.MORPH_OPEN, np.ones((size, size), dtype=np.uint8))
-    floor = cv2.blur(floor, (size, size))
+    opened = cv2.morphologyEx(grey, cv2.MORPH_OPEN, np.ones((size, size), dtype=np.uint8))
+    # Smoothed against noise, but along a light's edge a smooth floor lies too low.
+    floor = cv2.max(cv2.blur(opened, (3, 3)), cv2.blur(opened, (size, size))).astype(np.float32)
     excess = cv2.blur(grey, (3, 3)).astype(np.float32) - floor
-    contrast = np.asarray(excess / (floor.astype(np.float32) + p.smallest_contrast_levels), dtype=np.float32)
-    mask = (contrast > _threshold(contrast, birds_eye.seen, p)) & (excess > p.smallest_contrast_levels)
+    contrast = np.asarray(excess / (floor + p.smallest_contrast_levels), dtype=np.float32)
+    mask = excess > _threshold_levels(contrast, floor, birds_eye.seen, p)
     mask &= inner_cells(birds_eye.seen, p.border_cells)
     rows, columns = np.nonzero(mask)
     points = birds_eye.region.points(np.stack([columns, rows], axis=1))
@@ -73,9 +74,17 @@ def inner_cells(seen: NDArray[np.bool_], border_cells: int) -> NDArray[np.bool_]
     return cv2.erode(seen.astype(np.uint8), kernel) > 0
 
 
-def _threshold(contrast: NDArray[np.float32], seen: NDArray[np.bool_], p: PaintParams) -> float:
-    """Return a share of the brightest marks' contrast, but never what noise alone reaches."""
+def _threshold_levels(
+    contrast: NDArray[np.float32], floor: NDArray[np.float32], seen: NDArray[np.bool_], p: PaintParams
+) -> NDArray[np.float32]:
+    """Return by how much a mark must outshine the floor (rows, columns), in levels.
+
+    A share of what the brightest marks would do on this cell's floor, where white ends at 255: an over-exposed floor
+    leaves a mark little room. But never what noise alone reaches.
+    """
     values = contrast[::2, ::2][seen[::2, ::2]]
-    median, brightest = np.quantile(values, [0.5, p.brightest_quantile])
-    noise = 1.4826 * float(np.median(np.abs(values - median)))
-    return max(p.share_of_brightest * float(brightest), float(median) + p.noise_factor * noise)
+    median, brightest = (float(value) for value in np.quantile(values, [0.5, p.brightest_quantile]))
+    noise = median + p.noise_factor * 1.4826 * float(np.median(np.abs(values - median)))
+    scale = floor + p.smallest_contrast_levels
+    mark = p.share_of_brightest * np.minimum(brightest * scale, 255.0 - floor)
+    return np.asarray(np.maximum(np.maximum(mark, noise * scale), p.smallest_contrast_levels), dtype=np.float32)
