@@ -8,6 +8,7 @@ import shapely
 
 from adc_bench.world.arena import ArenaSpec, gantry_solids
 from adc_bench.world.course import Course
+from adc_bench.world.drawing import works_floor
 from adc_bench.world.furniture import (
     CABINETS,
     CHAIRS,
@@ -66,7 +67,7 @@ def kept_clear(course: Course, arena: ArenaSpec, layout: Layout, signs: Sequence
     things += [shapely.Point(box.x_m, box.y_m).buffer(0.43) for box in layout.boxes]
     things += [shapely.box(*shapely.total_bounds(bay_paint(course.spec.bay, course.kerb_y_m)))]
     if layout.works:
-        things.append(shapely.MultiPoint([*layout.works.left, *layout.works.right]).convex_hull)
+        things.append(works_floor(layout.works))
     return shapely.union_all(
         [
             outline.buffer(ROAD_MARGIN_M),

@@ -1,0 +1,91 @@
+"""From the name of a layout to the layout: read from a file, or drawn."""
+
+from typing import Literal, get_args
+
+import numpy as np
+import shapely
+
+from adc_bench.world.arena import ArenaSpec, gantry_solids
+from adc_bench.world.checks import check_layout
+from adc_bench.world.course import Course, CourseSpec
+from adc_bench.world.drawing import (
+    draw_boxes,
+    draw_crosswalk_tunnel,
+    draw_loop_tunnel,
+    draw_parked,
+    draw_works,
+    tunnel_floor,
+    works_floor,
+)
+from adc_bench.world.footprints import extents
+from adc_bench.world.layout import Layout
+from adc_bench.world.records import find_record, load_record
+from adc_bench.world.signs import VerticalSign, draw_signs, sign_solids
+from adc_bench.world.streams import stream
+
+RandomLayout = Literal[
+    "random_tunnel", "crosswalk_tunnel", "random_boxes", "random_works", "random_parking", "random_all"
+]
+RANDOM_LAYOUTS: tuple[str, ...] = get_args(RandomLayout)
+
+
+def load_layout(name_or_path: str) -> Layout:
+    """Return the layout of this name (`splits/layouts/NAME.toml`) or of this file.
+
+    Raises:
+        InputError: it is unknown, its file is broken, or the arena that it makes cannot be.
+    """
+    path = find_record(name_or_path, "splits/layouts")
+    layout = load_record(path, Layout)
+    check_layout(layout, str(path))
+    return layout
+
+
+def draw_layout(name: str, course: Course, rng: np.random.Generator, *, signs: bool = False) -> Layout:
+    """Return the layout of this name: one of `RANDOM_LAYOUTS` drawn, with the vertical signs or without, or a file's.
+
+    Road-works take the floor round a loop on which signs stand, so a layout with road-works has none. `random_all` has
+    road-works, a tunnel and boxes in the lanes.
+
+    Raises:
+        InputError: as `load_layout`.
+    """
+    taken = shapely.union_all([_gantry_floor(course), *([_sign_floor(course.spec)] if signs else [])])
+    if name == "random_tunnel":
+        return Layout(name=name, tunnel=draw_loop_tunnel(course, taken, rng), signs=signs)
+    if name == "crosswalk_tunnel":
+        return Layout(name=name, tunnel=draw_crosswalk_tunnel(course, rng), signs=signs)
+    if name == "random_boxes":
+        return Layout(name=name, boxes=draw_boxes(course, taken, rng), signs=signs)
+    if name == "random_parking":
+        return Layout(name=name, boxes=draw_parked(course, rng), signs=signs)
+    if name == "random_works":
+        return Layout(name=name, works=draw_works(course, rng))
+    if name == "random_all":
+        return _draw_all(name, course, rng)
+    return load_layout(name)
+
+
+def layout_signs(layout: Layout, spec: CourseSpec, seed: int) -> tuple[VerticalSign, ...]:
+    """Return the twelve signs, permuted by the seed, or none if the layout has none."""
+    return draw_signs(spec, stream(seed, "signs")) if layout.signs else ()
+
+
+def _draw_all(name: str, course: Course, rng: np.random.Generator) -> Layout:
+    works = draw_works(course, rng)
+    taken = shapely.union(_gantry_floor(course), works_floor(works))
+    tunnel = draw_loop_tunnel(course, taken, rng)
+    boxes = draw_boxes(course, shapely.union(taken, tunnel_floor(course, tunnel)), rng)
+    return Layout(name=name, works=works, tunnel=tunnel, boxes=boxes)
+
+
+def _gantry_floor(course: Course) -> shapely.Geometry:
+    posts = extents([solid for solid in gantry_solids(ArenaSpec(), course) if "post" in solid.name])
+    return shapely.union_all([posts.footprint(k) for k in range(len(posts.owner))])
+
+
+def _sign_floor(spec: CourseSpec) -> shapely.Geometry:
+    """Return what the signs cover, boards included, whichever stands where."""
+    signs = draw_signs(spec, stream(0, "signs"))
+    things = extents([solid for sign in signs for solid in sign_solids(sign)])
+    return shapely.union_all([things.footprint(k) for k in range(len(things.owner))])
