@@ -53,7 +53,7 @@ def targets_of(
     they are now, or where the scenario put those that `body_poses` does not name.
     """
     ids, poses = label_ids(scenario), body_poses or {}
-    solids = {solid.name: solid for solid in scenario.solids}
+    solids = {solid.name: solid for solid in scenario.solids if solid.name in ids}
     panels = [solid for solid in solids.values() if solid.kind == "panel"]
     return (
         _crosswalk(scenario, ids["crosswalk"]),
@@ -76,12 +76,15 @@ def _crosswalk(scenario: Scenario, label_id: int) -> Target:
     )
 
 
+# Targets are asked for with every frame; those that stand for good are made once.
+@lru_cache(maxsize=64)
 def _panel(solid: Solid, label_id: int, shown: PanelSign) -> Target:
     _, width, height = solid.size_m
     screen = np.array([[-width, -height], [width, -height], [width, height], [-width, height]]) / 2
     return _board(solid, label_id, f"panel_{shown}", screen)
 
 
+@lru_cache(maxsize=256)
 def _sign(sign: VerticalSign, solid: Solid, label_id: int) -> Target:
     return _board(solid, label_id, sign.sign, board_outline(sign))
 
