@@ -14,8 +14,9 @@ from adc_bench.render.exposure import Metered, exposure_for, follow, seen_floor,
 from adc_bench.render.labels import labels_of
 from adc_bench.render.light import white_of
 from adc_bench.render.motion_blur import Flow, MotionBlur
-from adc_bench.render.scene import StaticScene
+from adc_bench.render.scene import FastScene
 from adc_bench.render.sensor import Sensor
+from adc_bench.render.targets import Target
 from adc_bench.render.view import View, use_arena_pack
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.categories import PanelSign
@@ -59,7 +60,7 @@ class ArenaRenderer:
         self._system = sapien.render.RenderSystem()
         self._scene = sapien.Scene([self._system])
         self._cameras: Mapping[str, RigCamera] = {mount.name: RigCamera(self._scene, mount) for mount in rig.cameras}
-        self._static: StaticScene | None = None
+        self._static: FastScene | None = None
         self._free: View | None = None
 
     @property
@@ -71,7 +72,7 @@ class ArenaRenderer:
         """Build the scenario's arena in place of the one before; auto-exposure and noise start anew."""
         if self._static:
             self._static.remove()
-        self._static = StaticScene(self._scene, scenario)
+        self._static = FastScene(self._scene, scenario)
         self._scenario = scenario
         self._taken: Counter[str] = Counter()
         self._metered: dict[str, Metered] = {}
@@ -81,9 +82,14 @@ class ArenaRenderer:
         self._arena.show(sign)
 
     @property
-    def _arena(self) -> StaticScene:
+    def _arena(self) -> FastScene:
         assert self._static, "load a scenario first"
         return self._static
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """What is labelled, with the sign that the panels show now."""
+        return self._arena.targets
 
     def pose_world_camera(self, camera_name: str, pose_world_robot: Pose3) -> Pose3:
         """Return where the camera truly is: mount errors of this scenario's robot and its body's tilt included."""
@@ -142,7 +148,7 @@ class ArenaRenderer:
             height_px=camera.mount.height_px,
             pose_world_robot=Pose2(x_m=float(x), y_m=float(y), yaw_rad=yaw),
             pose_world_camera=pose_camera,
-            labels=labels_of(camera.view.label_ids(), self._arena.targets, camera.view.camera, pose_camera),
+            labels=labels_of(camera.view.label_ids(), self.targets, camera.view.camera, pose_camera),
             conditions=Conditions(
                 scenario=self._scenario.name,
                 look_id=look.look_id,

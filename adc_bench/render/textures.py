@@ -1,6 +1,7 @@
 """Procedural surfaces in two tones: red = tone of the surface's own colour, green = share of its second colour.
 
-The floor's second colour is the paint of the lines, rasterised from the course's polygons.
+The floor's second colour is the paint of the lines, rasterised from the course's polygons; it has two channels more:
+blue = where the paint wears off, alpha = where dust and scuffs lie.
 """
 
 from collections.abc import Mapping
@@ -107,21 +108,64 @@ def _texels(points: NDArray[np.float64], x0: float, y1: float) -> NDArray[np.int
 
 
 def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec) -> TwoTone:
-    """Return the painted part of the floor, (h, w, 2), its lines worn more or less."""
+    """Return the painted part of the floor, (h, w, 4)."""
     rng = stream(seed, "floor")
-    wear = rng.uniform(0.05, 0.35)
     mask = paint_mask(spec)
     tone = _floor_tone(kind, mask.shape, METRES_PER_TEXEL_COURSE, rng)
-    worn = _blotches(_coarse(mask.shape), 0.15, METRES_PER_TEXEL_COURSE * COARSE, rng)
-    keep = _refined(np.clip(255 * (1 - wear * np.clip(worn, 0, 2)), 60, 255), mask.shape)
-    return _two_tone(tone, np.asarray(cv2.multiply(mask, keep, scale=1 / 255), np.uint8))
+    wear = _wear(mask.shape, METRES_PER_TEXEL_COURSE, stream(seed, "wear"))
+    dust = _dust(mask.shape, METRES_PER_TEXEL_COURSE, stream(seed, "dust"))
+    return np.asarray(cv2.merge([tone, mask, wear, dust]), np.uint8)
 
 
 def hall_texture(kind: FloorKind, seed: int, length_m: float, width_m: float) -> TwoTone:
-    """Return the bare floor of the whole hall, (h, w, 2)."""
+    """Return the bare floor of the whole hall, (h, w, 4)."""
     shape = (round(width_m / METRES_PER_TEXEL_HALL), round(length_m / METRES_PER_TEXEL_HALL))
     tone = _floor_tone(kind, shape, METRES_PER_TEXEL_HALL, stream(seed, "hall"))
-    return _two_tone(tone, np.zeros(shape, np.uint8))
+    none = np.zeros(shape, np.uint8)
+    dust = _dust(shape, METRES_PER_TEXEL_HALL, stream(seed, "hall dust"))
+    return np.asarray(cv2.merge([tone, none, none, dust]), np.uint8)
+
+
+def _wear(shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Return where paint wears off: patches, and tyre marks across and along the road."""
+    coarse = _coarse(shape)
+    texel = metres_per_texel * COARSE
+    worn = 0.35 + 0.3 * _blotches(coarse, 0.15, texel, rng) + 0.2 * _blotches(coarse, 0.9, texel, rng)
+    marks = np.zeros(coarse, np.uint8)
+    _draw_strokes(marks, 60, (0.6, 2.5), 0.035 / texel, texel, rng)
+    worn += 0.5 * cv2.GaussianBlur(marks, (0, 0), 1.0).astype(np.float32) / 255
+    return _refined(255 * np.clip(worn, 0, 1), shape)
+
+
+def _dust(shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Return where dust and light scuffs lie: faint clouds, and strokes of shoes and wheels."""
+    coarse = _coarse(shape)
+    texel = metres_per_texel * COARSE
+    dust = 0.10 + 0.08 * _blotches(coarse, 0.5, texel, rng) + 0.06 * _blotches(coarse, 2.0, texel, rng)
+    scuffs = np.zeros(coarse, np.uint8)
+    _draw_strokes(scuffs, 150, (0.05, 0.5), 0.012 / texel, texel, rng)
+    dust += 0.30 * cv2.GaussianBlur(scuffs, (0, 0), 0.6).astype(np.float32) / 255
+    return _refined(255 * np.clip(dust, 0, 1), shape)
+
+
+def _draw_strokes(
+    picture: NDArray[np.uint8],
+    count: int,
+    length_m: tuple[float, float],
+    width_px: float,
+    metres_per_px: float,
+    rng: np.random.Generator,
+) -> None:
+    """Draw bent strokes of random strength."""
+    height, width = picture.shape
+    t = np.linspace(0, 1, 9)
+    for _ in range(count):
+        start, heading = rng.uniform((0, 0), (width, height)), rng.uniform(0, 2 * np.pi)
+        length, bend = rng.uniform(*length_m) / metres_per_px, rng.uniform(-1.2, 1.2)
+        steps = length / len(t) * np.stack([np.cos(heading + bend * t), np.sin(heading + bend * t)], axis=1)
+        points = np.round((start + np.cumsum(steps, axis=0)) * 16).astype(np.int32)
+        strength = int(rng.uniform(90, 255))
+        cv2.polylines(picture, [points], False, strength, max(1, round(width_px)), cv2.LINE_AA, shift=4)
 
 
 def _floor_tone(

@@ -10,8 +10,8 @@ from arenas import arena, rig, stops
 from turns import serve
 
 from adc_bench.render.driver import choose_software_driver
-from adc_bench.render.renderer import FAR_M, NEAR_M
-from adc_bench.render.scene import StaticScene, sapien_pose
+from adc_bench.render.scene import FastScene, sapien_pose
+from adc_bench.render.view import FAR_M, NEAR_M
 from adc_bench.world.sensors import Lens
 
 width_px, height_px, pack = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
@@ -21,7 +21,7 @@ sapien.render.set_picture_format("Color", "r8g8b8a8unorm")
 scene = sapien.Scene([sapien.render.RenderSystem()])
 sensor_rig = rig(width_px, height_px, lens=Lens(k1=0.0, k2=0.0))
 scenario = arena(0, sensor_rig)
-StaticScene(scene, scenario)
+FastScene(scene, scenario)
 if pack == "default":
     scene.set_ambient_light([0.3, 0.3, 0.3])
     scene.add_directional_light([0.4, 0.3, -1.0], [1.0, 1.0, 1.0], shadow=True, shadow_scale=10.0)

@@ -61,7 +61,7 @@ def test_looks_come_from_their_family_and_light_levels_span_a_hundred_to_one() -
         low, high = LIGHT_LEVELS[look.light_level]
         assert low <= look.illuminance_lux <= high
         low, high = LIGHT_SETS["window_left"].flood_azimuth_rad
-        assert low <= look.flood_azimuth_rad <= high
+        assert low <= look.floods[0].azimuth_rad <= high
     assert LIGHT_LEVELS["bright"][1] / LIGHT_LEVELS["dark"][0] >= 100
 
 

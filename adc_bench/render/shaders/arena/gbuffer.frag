@@ -2,7 +2,9 @@
 // One pass over light that was computed once per scenario:
 //   colour = gamma(exposure * irradiance * albedo), and a second picture of label ids.
 // How a material's slots are read (adc_bench/render/scene.py fills them):
-//   base colour texture   metallic 0: albedo in rgb; metallic 1: red = tone of the base colour, green = share of paint
+//   base colour texture   metallic 0: albedo in rgb; metallic 1: red = tone of the base colour, green = share of paint,
+//                         blue = where paint wears off, alpha = where dust lies
+//   ior, transmission roughness   how much of the wear, of the dust
 //   base colour           albedo, or the tone's colour; emission: the paint's colour
 //   emission texture      irradiance (or, where there is no base colour texture, radiance at exposure 1)
 //   roughness             label id / 255
@@ -56,15 +58,19 @@ layout(location = 0) in vec2 inUV;
 layout(location = 0) out vec4 outColor;
 layout(location = 1) out vec4 outLabel;
 
+const vec3 DUST = vec3(0.21, 0.20, 0.18);
+
 vec3 albedo() {
   if ((materialBuffer.textureMask & 1) == 0) {
     return materialBuffer.baseColor.rgb;
   }
-  vec3 texel = texture(colorTexture, inUV).rgb;
+  vec4 texel = texture(colorTexture, inUV);
   if (materialBuffer.metallic < 0.5) {
-    return texel * materialBuffer.baseColor.rgb;
+    return texel.rgb * materialBuffer.baseColor.rgb;
   }
-  return mix(materialBuffer.baseColor.rgb * texel.r, materialBuffer.emission.rgb, texel.g);
+  float paint = texel.g * (1 - materialBuffer.ior * texel.b);
+  vec3 clean = mix(materialBuffer.baseColor.rgb * texel.r, materialBuffer.emission.rgb, paint);
+  return mix(clean, DUST, materialBuffer.transmissionRoughness * texel.a);
 }
 
 void main() {

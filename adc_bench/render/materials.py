@@ -1,0 +1,96 @@
+"""How our shader pack reads a material: the only file that knows its slots (shaders/arena/gbuffer.frag)."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+
+import numpy as np
+import sapien
+from numpy.typing import NDArray
+
+from adc_bench.render.parts import Light, Painted, Part, Plain, TwoTone
+
+TEXTURES_KEPT = 24  # floors and walls come back from scenario to scenario; a floor takes 26 MB
+FLOORS_KEPT = 4
+
+_FORMATS = {1: "R8Unorm", 2: "R8G8Unorm", 4: "R8G8B8A8Unorm"}
+
+
+class TextureStore:
+    """Textures that come back, by name; the ones not used for longest go first."""
+
+    def __init__(self, kept: int) -> None:
+        self._kept, self._textures = kept, OrderedDict[Hashable, sapien.render.RenderTexture2D]()
+
+    def get(self, key: Hashable, draw: Callable[[], NDArray[np.uint8]]) -> sapien.render.RenderTexture2D:
+        """Return the texture of this name, drawing it when it is not here."""
+        if key not in self._textures:
+            self._textures[key] = mipmapped(draw())
+        self._textures.move_to_end(key)
+        while len(self._textures) > self._kept:
+            self._textures.popitem(last=False)
+        return self._textures[key]
+
+
+_FLOORS, _OTHERS = TextureStore(FLOORS_KEPT), TextureStore(TEXTURES_KEPT)
+
+
+def mipmapped(picture: NDArray[np.uint8]) -> sapien.render.RenderTexture2D:
+    """Return a texture of a picture (h, w, channels) with its smaller copies."""
+    levels = max(1, int(np.log2(min(picture.shape[:2]))) - 1)
+    return sapien.render.RenderTexture2D(
+        np.ascontiguousarray(picture), _FORMATS[picture.shape[2]], mipmap_levels=levels, address_mode="edge"
+    )
+
+
+def light_texture(light: Light) -> sapien.render.RenderTexture2D:
+    """Return a texture of light (h, w, 4)."""
+    return sapien.render.RenderTexture2D(np.ascontiguousarray(light), "R32G32B32A32Sfloat", address_mode="edge")
+
+
+def texture_of(albedo: Painted | TwoTone) -> sapien.render.RenderTexture2D:
+    """Return the texture that a surface is drawn with, from the store if it has a name."""
+    draw = albedo.picture if isinstance(albedo, Painted) else albedo.draw
+    if albedo.key is None:
+        return mipmapped(draw())
+    return (_FLOORS if isinstance(albedo, TwoTone) and albedo.wear else _OTHERS).get(albedo.key, draw)
+
+
+def radiance(part: Part) -> Light:
+    """Return light times albedo (h, w, 4) of a part whose two pictures have one shape."""
+    assert part.light and isinstance(part.albedo, Painted)
+    return lit(part.albedo.picture(), part.light())
+
+
+def lit(albedo: NDArray[np.uint8], light: Light) -> Light:
+    """Return light (h, w, 4) times albedo (h, w, 4) uint8."""
+    return np.asarray(light * (albedo.astype(np.float32) / np.float32(255)), np.float32)
+
+
+def material_of(part: Part, light: sapien.render.RenderTexture2D | None) -> sapien.render.RenderMaterial:
+    """Return a part's material, its light in a texture already (none for one that glows)."""
+    albedo = part.albedo
+    scale = part.glow if part.glow else 1.0
+    if isinstance(albedo, TwoTone):
+        colour, second, mode = [2 * c for c in albedo.first], albedo.second, 1.0
+    elif isinstance(albedo, Plain):
+        colour, second, mode = [scale * c for c in albedo.albedo], (0.0, 0.0, 0.0), 0.0
+    else:
+        colour, second, mode = [scale] * 3, (0.0, 0.0, 0.0), 0.0
+    material = sapien.render.RenderMaterial(
+        base_color=[*colour, 1.0], emission=[*second, 1.0], roughness=part.label_id / 255, metallic=mode
+    )
+    if not isinstance(albedo, Plain):
+        material.set_base_color_texture(texture_of(albedo))
+    if light is not None:
+        material.set_emission_texture(light)
+    if isinstance(albedo, TwoTone):
+        material.set_ior(albedo.wear)
+        material.set_transmission_roughness(albedo.dirt)
+    return material
+
+
+def baked_material(radiance_texture: sapien.render.RenderTexture2D, label_id: int) -> sapien.render.RenderMaterial:
+    """Return the material of a part whose albedo and light are multiplied already."""
+    material = sapien.render.RenderMaterial(base_color=[1.0] * 4, roughness=label_id / 255, metallic=0.0)
+    material.set_emission_texture(radiance_texture)
+    return material

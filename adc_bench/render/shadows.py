@@ -1,0 +1,102 @@
+"""Who stands in whose light: rays from points to far lights, and outlines of shadows on the floor."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.geometry import Pose3
+from adc_bench.world.solids import Shape, Solid
+
+Array = NDArray[np.float64]
+# A round thing stands in a ray's way as the box of its own cross section's area.
+ROUND_SHARE = {"box": 1.0, "cylinder": 0.89, "cone": 0.6}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Blocker:
+    """A box that casts a shadow: centre (3,), axes as columns (3, 3), half size (3,), bounding radius."""
+
+    centre: Array
+    rotation: Array
+    half: Array
+    radius_m: float
+
+    @classmethod
+    def of(cls, solid: Solid) -> "Blocker":
+        """Return the solid as a blocker."""
+        pose, half = solid.pose_world_solid(), np.array(solid.size_m) / 2
+        half[:2] *= ROUND_SHARE[solid.shape]
+        return cls(centre=pose.translation_m, rotation=pose.rotation, half=half, radius_m=float(np.linalg.norm(half)))
+
+
+def shadowed(points: Array, towards: Array, blockers: Sequence[Blocker]) -> NDArray[np.bool_]:
+    """Return for each point (n, 3) whether a box stands between it and a far light (slab test, culled by spheres)."""
+    hit = np.zeros(len(points), bool)
+    if not blockers:
+        return hit
+    side = np.cross(towards, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side)
+    across = np.stack([side, np.cross(side, towards)], axis=1)
+    centres = np.array([blocker.centre for blocker in blockers]) @ across
+    radii = np.array([blocker.radius_m for blocker in blockers])
+    low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+    u, v = points @ across[:, 0], points @ across[:, 1]
+    some = np.flatnonzero((u > low[0]) & (u < high[0]) & (v > low[1]) & (v < high[1]))
+    u, v = u[some], v[some]
+    for blocker, (cu, cv), radius in zip(blockers, centres, radii, strict=True):
+        near = some[(np.abs(u - cu) < radius) & (np.abs(v - cv) < radius)]
+        if len(near):
+            local = (points[near] - blocker.centre) @ blocker.rotation
+            ray = towards @ blocker.rotation
+            hit[near] |= _ray_meets_box(local, np.where(np.abs(ray) < 1e-12, 1e-12, ray), blocker.half)
+    return hit
+
+
+def _ray_meets_box(origins: Array, ray: Array, half: Array) -> NDArray[np.bool_]:
+    """Return whether rays (3,) from points (n, 3) meet the box of half size (3,) about the origin, ahead of them."""
+    middle, reach = -origins / ray, half / np.abs(ray)
+    enter, leave = middle - reach, middle + reach
+    first = np.maximum(np.maximum(enter[:, 0], enter[:, 1]), enter[:, 2])
+    last = np.minimum(np.minimum(leave[:, 0], leave[:, 1]), leave[:, 2])
+    meets: NDArray[np.bool_] = last > np.maximum(first, 1e-6)
+    return meets
+
+
+@lru_cache(maxsize=3)
+def _extremes(shape: Shape) -> Array:
+    """Return points (n, 3) whose convex hull is the solid of half size one."""
+    if shape == "box":
+        return np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    angle = 2 * np.pi * np.arange(12) / 12
+    ring = np.stack([np.cos(angle), np.sin(angle), np.full(12, -1.0)], axis=1)
+    return np.vstack([ring, [[0.0, 0.0, 1.0]] if shape == "cone" else ring * (1, 1, -1)])
+
+
+def outline_points(solid: Solid, pose_world_body: Pose3 | None = None) -> Array:
+    """Return points (n, 3) in the world whose convex hull is the solid, none below the floor."""
+    pose = solid.pose_world_solid()
+    if pose_world_body is not None:
+        pose = pose_world_body @ pose
+    points: Array = pose.transform(_extremes(solid.shape) * np.array(solid.size_m) / 2)
+    points[:, 2] = np.maximum(points[:, 2], 0.0)
+    return points
+
+
+def shadow_outlines(points: Array, lights: Array) -> list[Array]:
+    """Return the outline (m, 2) of the shadow on the floor in each light.
+
+    Args:
+        points: (n, 3), their convex hull casts the shadow.
+        lights: (k, 4) homogeneous: a lamp's place with a 1, or the direction towards a far light with a 0.
+    """
+    height = points[None, :, 2]
+    far = lights[:, 3:] == 0
+    # along the ray from the light through the point, down to the floor
+    run = np.where(far, height / np.where(far, lights[:, 2:3], 1.0), height / (lights[:, 2:3] - height))
+    level = lights[:, None, :2] - lights[:, None, 3:] * points[None, :, :2]
+    floor = points[None, :, :2] - run[:, :, None] * level
+    return [np.asarray(cv2.convexHull(outline)[:, 0], np.float64) for outline in floor.astype(np.float32)]
