@@ -32,7 +32,8 @@ class ChassisSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     Inertia, torque and drive are shares of the robot's mass seen at the wheel's rim, so that they fit any robot.
     """
 
-    ground_clearance_m: float = 0.02
+    ground_clearance_m: float = 0.025  # above the foot of a cone
+    hull_friction: float = 0.2  # of the smooth hull; its mean with what it meets counts
     mast_margin_m: float = 0.03  # the mast reaches this far beyond the cameras' centres; its mass is the hull's
     castor_x_m: float = -0.18
     castor_radius_m: float = 0.02
@@ -111,7 +112,7 @@ def _hull(
     size = np.array([robot.length_m, robot.width_m, robot.height_m - spec.ground_clearance_m])
     root = physx.PhysxArticulationLinkComponent(None)
     root.name = "hull"
-    root.attach(HULL.box(tuple(size), (0.0, 0.0, (robot.height_m + spec.ground_clearance_m) / 2), robot.friction))
+    root.attach(HULL.box(tuple(size), (0.0, 0.0, (robot.height_m + spec.ground_clearance_m) / 2), spec.hull_friction))
     for shape in _mast(spec, robot, cameras):
         root.attach(shape)
     root.attach(ROLLING.ball(spec.castor_radius_m, spec.castor_radius_m, spec.castor_x_m, friction=0.0))
@@ -131,7 +132,7 @@ def _mast(spec: ChassisSpec, robot: RobotParams, cameras: Sequence[CameraMount])
     back_m, front_m = min(mount.x_m for mount in above) - margin_m, max(mount.x_m for mount in above) + margin_m
     top_m = max(mount.z_m for mount in above) + margin_m
     size_m = (front_m - back_m, 2 * margin_m, top_m - robot.height_m)
-    return [HULL.box(size_m, ((back_m + front_m) / 2, 0.0, (top_m + robot.height_m) / 2), robot.friction)]
+    return [HULL.box(size_m, ((back_m + front_m) / 2, 0.0, (top_m + robot.height_m) / 2), spec.hull_friction)]
 
 
 def _wheel(

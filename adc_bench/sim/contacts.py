@@ -1,5 +1,7 @@
 """Contacts of the robot with what stands or lies in the arena."""
 
+import math
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
@@ -21,35 +23,38 @@ class Contact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class ContactLog:
-    """Collects contacts, one per thing and control step."""
+    """Collects contacts, one per thing and control step.
+
+    PhysX lists contacts in no fixed order, so impulses are summed exactly.
+    """
 
     def __init__(self) -> None:
-        self._open: dict[str, tuple[float, Array]] = {}
+        self._open: dict[str, tuple[float, list[Array]]] = {}
         self._done: list[Contact] = []
 
     def record(self, time_s: float, contacts: list[physx.PhysxContact]) -> None:
         """Add what pushed the robot in the last physics step, the floor excluded."""
         for contact in contacts:
             names = [body.entity.name for body in contact.bodies]
-            if "hull" not in names or "floor" in names or not contact.points:
+            if "hull" not in names or "floor" in names:
                 continue
-            impulse_ns: Array = np.sum([point.impulse for point in contact.points], axis=0, dtype=np.float64)
-            if not impulse_ns.any():
-                continue  # near, not touching
-            self._add(time_s, names[0] if names[1] == "hull" else names[1], impulse_ns)
+            impulses_ns = [np.asarray(point.impulse, dtype=np.float64) for point in contact.points]
+            pushes = [impulse for impulse in impulses_ns if impulse.any()]
+            if pushes:  # else near, not touching
+                self._touched(time_s, names[0] if names[1] == "hull" else names[1]).extend(pushes)
 
     def touch(self, time_s: float, name: str) -> None:
         """Add a contact that gave no impulse."""
-        self._add(time_s, name, np.zeros(3))
+        self._touched(time_s, name)
 
-    def _add(self, time_s: float, name: str, impulse_ns: Array) -> None:
-        first_s, sum_ns = self._open.get(name, (time_s, np.zeros(3)))
-        self._open[name] = (first_s, sum_ns + impulse_ns)
+    def _touched(self, time_s: float, name: str) -> list[Array]:
+        return self._open.setdefault(name, (time_s, []))[1]
 
     def close_step(self) -> None:
         """End a control step: what it gathered becomes contacts, in order of first touch, then of name."""
-        for name, (first_s, impulse_ns) in sorted(self._open.items(), key=lambda item: (item[1][0], item[0])):
-            self._done.append(Contact(time_s=first_s, with_name=name, impulse_ns=float(np.linalg.norm(impulse_ns))))
+        for name, (first_s, impulses_ns) in sorted(self._open.items(), key=lambda item: (item[1][0], item[0])):
+            sums_ns = [math.fsum(along) for along in zip(*impulses_ns, strict=True)]
+            self._done.append(Contact(time_s=first_s, with_name=name, impulse_ns=math.hypot(*sums_ns)))
         self._open.clear()
 
     def take(self) -> list[Contact]:

@@ -22,20 +22,20 @@ NOMINAL = RobotTruth(
 )
 
 
+def scenario_of_seed(seed: int) -> Scenario:
+    return Scenario(
+        name=f"drive-{seed}",
+        seed=seed,
+        look=draw_look(FAMILY, stream(seed, "look")),
+        robot_truth=draw_robot_truth(RobotParams(), stream(seed, "robot")),
+        panel_sign="up",
+    )
+
+
 @pytest.fixture
 def drawn() -> Callable[[int], Scenario]:
     """A scenario with its robot drawn from the seed."""
-
-    def make(seed: int) -> Scenario:
-        return Scenario(
-            name=f"drive-{seed}",
-            seed=seed,
-            look=draw_look(FAMILY, stream(seed, "look")),
-            robot_truth=draw_robot_truth(RobotParams(), stream(seed, "robot")),
-            panel_sign="up",
-        )
-
-    return make
+    return scenario_of_seed
 
 
 @pytest.fixture
