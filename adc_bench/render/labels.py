@@ -57,7 +57,7 @@ def _label(mask: NDArray[np.bool_], visible_px: int, target: Target, camera: Cam
         category_id=target.category_id,
         instance=target.instance,
         box_px=box,
-        amodal_box_px=box if outline.is_empty else outline.bounds,
+        amodal_box_px=_within_picture(outline.bounds, camera) if outline.area else box,
         visible_px=visible_px,
         visible_fraction=fraction,
         truncation=truncation,
@@ -70,6 +70,12 @@ def tight_box(mask: NDArray[np.bool_]) -> BoxPx:
     """Return x0, y0, x1, y1 around the true pixels of a mask (h, w) that has some; borders, not centres."""
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     return float(x), float(y), float(x + width), float(y + height)
+
+
+def _within_picture(box: BoxPx, camera: Camera) -> BoxPx:
+    """Return the box without what sticks out because the picture's border was undistorted and distorted again."""
+    x0, y0, x1, y1 = box
+    return max(0.0, x0), max(0.0, y0), min(float(camera.width_px), x1), min(float(camera.height_px), y1)
 
 
 def amodal_outline(faces_camera: Sequence[Array], camera: Camera) -> tuple[shapely.Geometry, float]:

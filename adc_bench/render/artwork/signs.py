@@ -71,7 +71,7 @@ def _dip(board: Canvas) -> None:
 
 
 def _cattle(board: Canvas) -> None:
-    board.polygon(moved(COW, 0.0096, (-0.48, -0.74)), BLACK)
+    board.polygon(moved(COW, 0.0104, (-0.52, -0.79)), BLACK)
 
 
 def _narrows(board: Canvas) -> None:
