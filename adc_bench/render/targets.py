@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2, Pose3
 from adc_bench.render.artwork.canvas import arc
+from adc_bench.render.meshes import SIDES
 from adc_bench.world.categories import CATEGORY_ID, PanelSign
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.signs import VerticalSign, board_outline
 from adc_bench.world.solids import Body, Solid
 
 Array = NDArray[np.float64]
-ROUND_CORNERS = 16  # of the polygon that a circle is drawn as
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,7 +116,7 @@ def _body(body: Body, label_id: int, pose: Pose3 | None) -> Target:
 @lru_cache(maxsize=256)
 def _hull_corners(part: Solid) -> Array:
     """Return corners (n, 3), in the body's frame, whose hull is the part."""
-    circle = arc((0.0, 0.0), 0.5, 0.0, 360.0, ROUND_CORNERS + 1)[:-1]
+    circle = arc((0.0, 0.0), 0.5, 0.0, 360.0, SIDES + 1)[:-1]
     square = np.array([[0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]])
     base = square if part.shape == "box" else circle
     top = np.zeros((1, 2)) if part.shape == "cone" else base

@@ -69,9 +69,9 @@ def by_opencv(points_world: Array, camera: Camera, pose_world_camera: Pose3) -> 
     return np.asarray(pixels.reshape(-1, 2), np.float64)
 
 
-def edge_points(target: Target, steps: int = 60) -> Array:
+def edge_points(target: Target) -> Array:
     """Return points (n, 3) in the world on all lines between two corners of a piece: its edges are among them."""
-    share = np.linspace(0.0, 1.0, steps)[:, None, None, None]
+    share = np.linspace(0.0, 1.0, 8 if len(target.faces[0]) > 20 else 60)[:, None, None, None]
     lines = [(face[:, None] * share + face[None] * (1 - share)).reshape(-1, 3) for face in target.faces]
     return target.pose_world_object.transform(np.concatenate(lines))
 
