@@ -1,13 +1,15 @@
 """The arena renderer: one scenario at a time, pictures from the rig's cameras, labels with them."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import sapien
 from numpy.typing import NDArray
 
+from adc_bench.api import SeenObject
+from adc_bench.errors import UsageError
 from adc_bench.geometry import Camera, Pose2, Pose3
 from adc_bench.render.driver import choose_software_driver
 from adc_bench.render.exposure import Metered, exposure_for, follow, seen_floor, settled, shutter_and_gain, way_back
@@ -15,6 +17,7 @@ from adc_bench.render.labels import labels_of
 from adc_bench.render.light import white_of
 from adc_bench.render.motion_blur import Flow, MotionBlur
 from adc_bench.render.scene import FastScene
+from adc_bench.render.semantic import objects_in_view
 from adc_bench.render.sensor import Sensor
 from adc_bench.render.targets import Target
 from adc_bench.render.view import View, use_arena_pack
@@ -80,6 +83,10 @@ class ArenaRenderer:
     def set_panel(self, sign: PanelSign) -> None:
         """Switch both panels."""
         self._arena.show(sign)
+
+    def place(self, bodies: Mapping[str, Pose3], torn: Collection[str] = ()) -> None:
+        """Move bodies to these poses and hide torn tapes; only what has really moved costs time."""
+        self._arena.place(bodies, torn)
 
     @property
     def _arena(self) -> FastScene:
@@ -161,16 +168,46 @@ class ArenaRenderer:
             ),
         )
 
-    def look_from(self, camera: Camera, pose_world_camera: Pose3) -> NDArray[np.uint8]:
-        """Return what an ideal camera anywhere sees, rgb (h, w, 3) uint8; its exposure fits the floor in view."""
+    def objects_in_view(self, camera_name: str, pose_world_robot: Pose3) -> tuple[SeenObject, ...]:
+        """Return what the semantic camera says: the labelled objects that the camera has in view, and where they are.
+
+        Raises:
+            UsageError: the rig has no semantic camera.
+        """
+        spec, view = self.rig.semantic, self._cameras[camera_name].view
+        if spec is None:
+            raise UsageError(
+                where="the renderer's sensor rig",
+                found="no semantic camera",
+                wanted="SensorRig(semantic=SemanticCameraSpec(...))",
+                todo="load the arena with such a rig, or look for objects in the pictures",
+            )
+        self._draw(self._cameras[camera_name], pose_world_robot, 1.0)
+        labels = labels_of(
+            view.label_ids(), self.targets, view.camera, self.pose_world_camera(camera_name, pose_world_robot)
+        )
+        return objects_in_view(labels, self.targets, pose_world_robot, spec.range_max_m)
+
+    def look_from(
+        self, camera: Camera, pose_world_camera: Pose3, pose_world_robot: Pose3 | None = None
+    ) -> NDArray[np.uint8]:
+        """Return what an ideal camera anywhere sees, rgb (h, w, 3) uint8; its exposure fits the floor in view.
+
+        The robot is seen at `pose_world_robot`, if that is given.
+        """
         if self._free is None or self._free.camera != camera:
             if self._free:
                 self._free.remove()
             self._free = View(self._scene, camera)
         floor = seen_floor(camera, pose_world_camera)
         exposure = exposure_for(self._scenario.look, self._arena.floor_irradiance(floor))
+        if pose_world_robot:
+            self._arena.place_robot(pose_world_robot, visible=True)
         self._free.take(pose_world_camera, exposure * self._white_gains(FREE_IMAGING))
-        return np.ascontiguousarray(self._free.colour()[..., :3])
+        rgb = np.ascontiguousarray(self._free.colour()[..., :3])
+        if pose_world_robot:
+            self._arena.place_robot(pose_world_robot)
+        return rgb
 
     def _exposure_on_the_way(self, camera: RigCamera, pose_world_robot: Pose3, motion: Motion) -> float:
         lag_s, now = camera.mount.imaging.exposure_lag_s, None
@@ -180,6 +217,7 @@ class ArenaRenderer:
         return now.exposure
 
     def _draw(self, camera: RigCamera, pose_world_robot: Pose3, exposure: float) -> None:
+        self._arena.place_robot(pose_world_robot)
         pose = self.pose_world_camera(camera.mount.name, pose_world_robot)
         camera.view.take(pose, exposure * self._white_gains(camera.mount.imaging))
 
