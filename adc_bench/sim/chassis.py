@@ -69,11 +69,15 @@ class Chassis:
         """Return the angular velocity in the world, (3,)."""
         return np.asarray(self.root.angular_velocity, dtype=np.float64)
 
-    def velocity_mps(self) -> Array:
-        """Return the velocity of the robot's origin in the world, (3,); PhysX gives that of the centre of mass."""
-        arm = self.pose_world_robot().rotation @ np.asarray(self.root.cmass_local_pose.p, dtype=np.float64)
-        velocity = np.asarray(self.root.linear_velocity, dtype=np.float64)
-        at_origin: Array = velocity - np.cross(self.angular_velocity_radps(), arm)
+    def velocity_mps(self, pose_world_robot: Pose3) -> Array:
+        """Return the velocity of the robot's origin in the world, (3,), at the pose where it is now.
+
+        PhysX gives that of the centre of mass.
+        """
+        x, y, z = pose_world_robot.rotation @ self.root.cmass_local_pose.p
+        wx, wy, wz = self.root.angular_velocity.tolist()
+        turning_mps = np.array([wy * z - wz * y, wz * x - wx * z, wx * y - wy * x])
+        at_origin: Array = self.root.linear_velocity - turning_mps
         return at_origin
 
 

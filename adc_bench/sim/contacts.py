@@ -28,20 +28,22 @@ class ContactLog:
     PhysX lists contacts in no fixed order, so impulses are summed exactly.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, hull: physx.PhysxRigidBaseComponent, floor: physx.PhysxRigidBaseComponent) -> None:
+        self._hull, self._floor = hull, floor
         self._open: dict[str, tuple[float, list[Array]]] = {}
         self._done: list[Contact] = []
 
     def record(self, time_s: float, contacts: list[physx.PhysxContact]) -> None:
         """Add what pushed the robot in the last physics step, the floor excluded."""
         for contact in contacts:
-            names = [body.entity.name for body in contact.bodies]
-            if "hull" not in names or "floor" in names:
+            bodies = contact.bodies
+            if self._hull not in bodies or self._floor in bodies:
                 continue
             impulses_ns = [np.asarray(point.impulse, dtype=np.float64) for point in contact.points]
             pushes = [impulse for impulse in impulses_ns if impulse.any()]
             if pushes:  # else near, not touching
-                self._touched(time_s, names[0] if names[1] == "hull" else names[1]).extend(pushes)
+                other = bodies[0] if bodies[1] is self._hull else bodies[1]
+                self._touched(time_s, other.entity.name).extend(pushes)
 
     def touch(self, time_s: float, name: str) -> None:
         """Add a contact that gave no impulse."""

@@ -92,15 +92,16 @@ def _inside_round(start: Array, steps: Array, narrows: Array) -> tuple[Array, Ar
     which leave its lower half for good or come into it for good.
     """
     enter, leave = between_walls(start[:, 2:], steps[:, 2:])
-    (x, y, z), (dx, dy, dz) = np.moveaxis(start, 1, 0), np.moveaxis(steps, 1, 0)
+    x, y, z = start[:, 0], start[:, 1], start[:, 2]
+    dx, dy, dz = steps[:, 0], steps[:, 1], steps[:, 2]
     radius = 1.0 - narrows - narrows * z
     a = dx**2 + dy**2 - (narrows * dz) ** 2
     a = np.where(np.abs(a) < _FLAT, _FLAT, a)
     b = x * dx + y * dy + narrows * dz * radius
     c = x**2 + y**2 - radius**2
     root = np.sqrt(np.maximum(b**2 - a * c, 0.0))
-    low, high = np.sort([(-b - root) / a, (-b + root) / a], axis=0)
     steep = a < 0
+    low, high = (-b - np.where(steep, -root, root)) / a, (-b + np.where(steep, -root, root)) / a
     enter = np.fmax(enter, np.where(steep, np.where(dz > 0, -np.inf, high), low))
     leave = np.fmin(leave, np.where(steep, np.where(dz > 0, low, np.inf), high))
     missed = b**2 < a * c

@@ -69,7 +69,7 @@ class Simulation:
         self._substeps = _whole(control_period_s * self._rate_hz)
         self._system = physics(self._rate_hz)
         self._scene = sapien.Scene([self._system])
-        add_floor(self._scene)
+        self._floor = add_floor(self._scene)
         for solid in scenario.solids:
             add_solid(self._scene, solid, dynamics.solid_friction)
         self._bodies = Bodies(self._scene, scenario.bodies)
@@ -82,12 +82,13 @@ class Simulation:
 
     def _start_instruments(self, scenario: Scenario) -> None:
         chassis, seed, rig = self._chassis, scenario.seed, scenario.rig
-        self._physics_step, self._motion, self._contacts = 0, Motion(), ContactLog()
+        self._physics_step, self._motion, self._contacts = 0, Motion(), ContactLog(chassis.root, self._floor)
         self._encoder_every = _whole(self._rate_hz / rig.encoders.rate_hz)
         self._encoders = Encoders(seed, rig.encoders, self._robot.encoder_ticks_per_turn, chassis.wheel_angles_rad())
         self._imu_every = _whole(self._rate_hz / rig.imu.rate_hz)
         bias_radps = scenario.robot_truth.gyro_bias_radps
-        self._imu = Imu(seed, rig.imu, bias_radps, chassis.pose_world_robot().rotation, chassis.velocity_mps())
+        pose = chassis.pose_world_robot()
+        self._imu = Imu(seed, rig.imu, bias_radps, pose.rotation, chassis.velocity_mps(pose))
         self._laser = Laser(seed, rig.laser) if rig.laser else None
         self._laser_every = _whole(self._rate_hz / rig.laser.rate_hz) if rig.laser else 0
         self._obstacles = Obstacles(scenario.solids, scenario.bodies)
@@ -116,7 +117,7 @@ class Simulation:
             self._contacts.record(self.time_s, self._system.get_contacts())
             self._sample_sensors()
         self._bodies.follow()
-        for name in self._tapes.step(self._bodies.poses(), self.state().pose_world_robot):
+        for name in self._tapes.step(self._bodies.poses(), self.pose3_world_robot()):
             self._contacts.touch(self.time_s, name)
         self._contacts.close_step()
 
@@ -124,7 +125,8 @@ class Simulation:
         if self._physics_step % self._encoder_every == 0:
             self._encoders.sample(self.time_s)
         if self._physics_step % self._imu_every == 0:
-            self._imu.sample(self.time_s, self._chassis.pose_world_robot().rotation, self._chassis.velocity_mps())
+            pose = self._chassis.pose_world_robot()
+            self._imu.sample(self.time_s, pose.rotation, self._chassis.velocity_mps(pose))
         if self._laser and self._physics_step % self._laser_every == 0:
             self._bodies.follow()
             self._obstacles.follow(self._bodies.poses())
@@ -132,7 +134,8 @@ class Simulation:
 
     def state(self) -> RobotState:
         """Return the truth now."""
-        pose, velocity_mps = self.pose3_world_robot(), self._chassis.velocity_mps()
+        pose = self.pose3_world_robot()
+        velocity_mps = self._chassis.velocity_mps(pose)
         forward = pose.rotation[:, 0]
         return RobotState(
             pose_world_robot=Pose2(

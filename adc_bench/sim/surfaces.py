@@ -81,12 +81,13 @@ def rough(friction: float) -> physx.PhysxMaterial:
     return physx.PhysxMaterial(friction, friction, 0.0)
 
 
-def add_floor(scene: sapien.Scene) -> None:
+def add_floor(scene: sapien.Scene) -> physx.PhysxRigidStaticComponent:
     """Lay the floor z = 0."""
     body = physx.PhysxRigidStaticComponent()
     plane = physx.PhysxCollisionShapePlane(rough(0.0))
     body.attach(FLOOR.finish(plane, sapien.Pose([0.0, 0.0, 0.0], _UPWARDS)))
     add_named(scene, "floor", body, sapien.Pose())
+    return body
 
 
 def add_solid(scene: sapien.Scene, solid: Solid, friction: float) -> None:

@@ -229,7 +229,7 @@ def test_a_stretched_tape_tears_without_a_contact(nominal: Scenario, stretch: fl
     upright = Pose2(x_m=0.0, y_m=0.0, yaw_rad=0.0).to_pose3()
     away = Pose2(x_m=0.0, y_m=2.0 * stretch, yaw_rad=0.0).to_pose3()
     for _ in range(2):
-        assert tapes.step({"a": upright, "b": away}, Pose2(x_m=2.0, y_m=0.0, yaw_rad=0.0)) == []
+        assert tapes.step({"a": upright, "b": away}, Pose2(x_m=2.0, y_m=0.0, yaw_rad=0.0).to_pose3()) == []
         assert tapes.torn == torn
 
 
@@ -244,7 +244,7 @@ def test_an_outline_crosses_a_tape_as_plane_geometry_says(nominal: Scenario) -> 
         outline = shapely.Polygon(pose.transform(half * [[1, 1], [-1, 1], [-1, -1], [1, -1]]))
         crosses = outline.intersects(shapely.LineString([(ax, ay), (bx, by)]))
         ends = {name: Pose2(x_m=x, y_m=y, yaw_rad=0.0).to_pose3() for name, x, y in (("a", ax, ay), ("b", bx, by))}
-        assert Tapes([tape], robot, 0.15).step(ends, pose) == (["tape"] if crosses else [])
+        assert Tapes([tape], robot, 0.15).step(ends, pose.to_pose3()) == (["tape"] if crosses else [])
         hits += crosses
     assert 200 < hits < 1300
 
