@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from adc_bench.render.artwork import panel_picture, poster_picture, sign_picture
 from adc_bench.render.atlas import Atlas
 from adc_bench.render.floor_light import FloorLight
 from adc_bench.render.light import LAMP_GRID, LAMP_SIZE_M, UNIT_LUX, Lighting
-from adc_bench.render.meshes import Patch, board_patches, patches, rectangles_mesh
-from adc_bench.render.parts import Light, Painted, Part, Plain, TwoTone
+from adc_bench.render.meshes import Patch, board_patches, flat_patch, patches, rectangles_mesh
+from adc_bench.render.parts import Painted, Part, Plain, TwoTone
 from adc_bench.render.surfaces import Rectangle, floor_rectangle, grid_cells, screen_rectangle
 from adc_bench.render.targets import label_ids
 from adc_bench.render.textures import (
@@ -28,7 +27,7 @@ from adc_bench.world.scenario import Scenario
 from adc_bench.world.signs import BOARD_M, board_outline
 from adc_bench.world.solids import Solid
 
-COURSE_TEXEL_M, HALL_TEXEL_M, WALL_TEXEL_M, SOLID_TEXEL_M, BODY_TEXEL_M = 0.025, 0.05, 0.20, 0.10, 0.06
+COURSE_TEXEL_M, HALL_TEXEL_M, WALL_TEXEL_M, SOLID_TEXEL_M = 0.025, 0.05, 0.20, 0.10
 SCREEN_WHITE = 2.6  # radiance of a 250 cd/m2 screen's white in our unit: white paper under 300 lux is 95 cd/m2
 CEILING_ALBEDO, LAMP_RADIANCE, LAMP_DROP_M = 0.6, 12.0, 0.01
 BOARD_GREY = (0.42, 0.42, 0.43)
@@ -82,7 +81,7 @@ class ArenaParts:
         cells = list(grid_cells((bounds[0], cx0, cx1, bounds[2]), (bounds[1], cy0, cy1, bounds[3])))
         for name, inside in (("course", False), ("crosswalk", True)):
             boxes = [box for column, row, box in cells if ((column, row) == (1, 1)) == inside]
-            yield self._floor_part(name, boxes, bounds, paint, self.floors[0], ids.get(name, 0))
+            yield self._floor_part(name, boxes, bounds, paint, ids.get(name, 0))
         rings = grid_cells((hall[0], bounds[0], bounds[2], hall[2]), (hall[1], bounds[1], bounds[3], hall[3]))
         around = [box for column, row, box in rings if (column, row) != (1, 1)]
         size = hall[2] - hall[0], hall[3] - hall[1]
@@ -93,16 +92,13 @@ class ArenaParts:
             key=("hall", look.floor, look.texture_seed, size),
             dirt=look.dirt,
         )
-        yield self._floor_part("hall_floor", around, hall, bare, self.floors[1], 0)
+        yield self._floor_part("hall_floor", around, hall, bare, 0)
 
-    def _floor_part(
-        self, name: str, boxes: list[Bounds], bounds: Bounds, albedo: TwoTone, light: FloorLight, label_id: int
-    ) -> Part:
+    def _floor_part(self, name: str, boxes: list[Bounds], bounds: Bounds, albedo: TwoTone, label_id: int) -> Part:
         return Part(
             name=name,
             mesh=rectangles_mesh([floor_rectangle(box) for box in boxes], [_uv_of(box, bounds) for box in boxes]),
             albedo=albedo,
-            light=lambda: light.picture,
             label_id=label_id,
             gloss=self.scenario.look.floor_gloss,
             floor=True,
@@ -112,26 +108,26 @@ class ArenaParts:
         look, spec = self.scenario.look, self.scenario.arena_spec
         kind, height = WALL_KINDS[look.wall], spec.hall_height_m
         for name, wall in hall_walls(self.scenario).items():
-            length = float(np.linalg.norm(wall.right))
+            length, patch = float(np.linalg.norm(wall.right)), flat_patch(wall)
             yield Part(
                 name=name,
-                mesh=rectangles_mesh([wall], [(0, 0, 1, 1)]),
+                mesh=patch.mesh,
                 albedo=TwoTone(
                     draw=partial(wall_texture, kind, look.texture_seed, length, height),
                     first=kind.albedo,
                     second=kind.second,
                     key=("wall", look.wall, look.texture_seed, length, height),
                 ),
-                light=partial(light_picture, self.lighting, wall, WALL_TEXEL_M),
+                samples=patch.samples(WALL_TEXEL_M),
             )
 
     def _ceiling(self) -> Iterator[Part]:
-        ceiling, look = hall_ceiling(self.scenario), self.scenario.look
+        ceiling, look = flat_patch(hall_ceiling(self.scenario)), self.scenario.look
         yield Part(
             name="ceiling",
-            mesh=rectangles_mesh([ceiling], [(0, 0, 1, 1)]),
+            mesh=ceiling.mesh,
             albedo=Plain(albedo=(CEILING_ALBEDO,) * 3),
-            light=lambda: light_picture(self.lighting, ceiling, WALL_TEXEL_M),
+            samples=ceiling.samples(WALL_TEXEL_M),
         )
         half, z = LAMP_SIZE_M / 2, self.scenario.arena_spec.hall_height_m - LAMP_DROP_M
         lamps = [
@@ -163,7 +159,7 @@ class ArenaParts:
             name="solids",
             mesh=atlas.mesh,
             albedo=Painted(picture=lambda: atlas.albedo),
-            light=lambda: atlas.light(self.lighting),
+            samples=atlas.samples,
         )
 
     def _board_sides(self) -> Mapping[str, tuple[Patch, Patch]]:
@@ -179,7 +175,7 @@ class ArenaParts:
                 name=sign.name,
                 mesh=front.mesh,
                 albedo=Painted.of_print(partial(sign_picture, sign.sign), key=("sign", sign.sign)),
-                light=partial(patch_light, self.lighting, front, BOARD_M / 4),
+                samples=front.samples(BOARD_M / 4),
                 label_id=ids[sign.name],
             )
 
@@ -192,7 +188,7 @@ class ArenaParts:
                     name=piece.name,
                     mesh=front.mesh,
                     albedo=Painted.of_print(partial(poster_picture, piece.variant), key=("poster", piece.variant)),
-                    light=partial(patch_light, self.lighting, front, WALL_TEXEL_M),
+                    samples=front.samples(WALL_TEXEL_M),
                 )
 
 
@@ -232,27 +228,6 @@ def hall_ceiling(scenario: Scenario) -> Rectangle:
     x0, y0, x1, y1 = hall_bounds(scenario)
     corner = np.array([x0, y0, scenario.arena_spec.hall_height_m])
     return Rectangle(corner=corner, right=np.array([x1 - x0, 0.0, 0.0]), down=np.array([0.0, y1 - y0, 0.0]))
-
-
-def light_picture(lighting: Lighting, rectangle: Rectangle, texel_m: float) -> Light:
-    """Return the irradiance (h, w, 4) float32 at texel centres of a rectangle."""
-    width = max(1, round(float(np.linalg.norm(rectangle.right)) / texel_m))
-    height = max(1, round(float(np.linalg.norm(rectangle.down)) / texel_m))
-    v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
-    points = rectangle.at(u.ravel(), v.ravel())
-    return _picture(lighting.irradiance(points, np.broadcast_to(rectangle.normal, points.shape)), (height, width))
-
-
-def patch_light(lighting: Lighting, patch: Patch, texel_m: float) -> Light:
-    """Return the irradiance (h, w, 4) float32 at texel centres of a patch."""
-    shape = patch.texels(texel_m)
-    return _picture(lighting.irradiance(*patch.texel_centres(shape)), shape)
-
-
-def _picture(rgb: NDArray[np.float32], shape: tuple[int, int]) -> Light:
-    rgba = np.zeros((*shape, 4), np.float32)
-    rgba[..., :3] = rgb.reshape(*shape, 3)
-    return rgba
 
 
 def _uv_of(box: Bounds, bounds: Bounds) -> Bounds:

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.geometry import Pose3
-from adc_bench.render.light import Lighting
-from adc_bench.render.meshes import Mesh, Patch, joined, patches
+from adc_bench.render.meshes import Mesh, Patch, Samples, joined, patches
 from adc_bench.world.solids import Solid
 
-Array = NDArray[np.float64]
-WIDTH_TEXELS = 256
+WIDTH_TEXELS = 256  # at most
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -21,15 +18,13 @@ class Atlas:
 
     Attributes:
         mesh: of all patches.
-        points, normals: (n, 3) at the texels' centres, in the mesh's frame.
+        samples: where its light is sampled, in the mesh's frame.
         albedo: (h, w, 4) uint8 RGBA, linear.
     """
 
     mesh: Mesh
-    points: Array
-    normals: Array
+    samples: Samples
     albedo: NDArray[np.uint8]
-    _index: NDArray[np.int32]
 
     @classmethod
     def of(cls, solids: Sequence[Solid], texel_m: float) -> "Atlas":
@@ -43,43 +38,38 @@ class Atlas:
     ) -> "Atlas":
         """Return the atlas of patches with one albedo each."""
         shapes = [patch.texels(texel_m) for patch in of_all]
-        corners, height = _shelves(shapes)
-        index = np.zeros((height, WIDTH_TEXELS), np.int32)
+        corners, (height, width) = _shelves(shapes)
+        index = np.zeros((height, width), np.int32)
         meshes, first = [], 0
         for patch, (h, w), (row, column) in zip(of_all, shapes, corners, strict=True):
             texels = np.arange(first, first + h * w, dtype=np.int32).reshape(h, w)
             index[row : row + h + 2, column : column + w + 2] = np.pad(texels, 1, mode="edge")
-            u0, v0 = (column + 1) / WIDTH_TEXELS, (row + 1) / height
-            meshes.append(patch.mesh.within((u0, v0, u0 + w / WIDTH_TEXELS, v0 + h / height)))
+            u0, v0 = (column + 1) / width, (row + 1) / height
+            meshes.append(patch.mesh.within((u0, v0, u0 + w / width, v0 + h / height)))
             first += h * w
         centres = [patch.texel_centres(shape) for patch, shape in zip(of_all, shapes, strict=True)]
         colours = np.repeat(np.array(albedos), [h * w for h, w in shapes], axis=0)
         rgba = np.column_stack([np.round(colours * 255), np.full(len(colours), 255)]).astype(np.uint8)
         return cls(
             mesh=joined(meshes),
-            points=np.concatenate([points for points, _ in centres]),
-            normals=np.concatenate([normals for _, normals in centres]),
+            samples=Samples(
+                points=np.concatenate([points for points, _ in centres]),
+                normals=np.concatenate([normals for _, normals in centres]),
+                index=index,
+            ),
             albedo=rgba[index],
-            _index=index,
         )
 
-    def light(self, lighting: Lighting, pose: Pose3 | None = None) -> NDArray[np.float32]:
-        """Return the irradiance (h, w, 4) float32; a pose puts the mesh's frame into the world."""
-        points, normals = self.points, self.normals
-        if pose is not None:
-            points, normals = points @ pose.rotation.T + pose.translation_m, normals @ pose.rotation.T
-        rgb = lighting.irradiance(points, normals)
-        return np.asarray(np.insert(rgb, 3, 0, axis=1)[self._index], np.float32)
 
-
-def _shelves(shapes: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, int]], int]:
-    """Return the corner (row, column) of each patch with its border, and the picture's height."""
+def _shelves(shapes: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, int]], tuple[int, int]]:
+    """Return the corner (row, column) of each patch with its border, and the picture's shape."""
     corners = [(0, 0)] * len(shapes)
-    row, column, shelf = 0, 0, 0
+    row, column, shelf, widest = 0, 0, 0, 0
     for k in sorted(range(len(shapes)), key=lambda k: (-shapes[k][0], k)):
         height, width = shapes[k][0] + 2, shapes[k][1] + 2
         if column + width > WIDTH_TEXELS:
             row, column, shelf = row + shelf, 0, 0
         corners[k] = (row, column)
         column, shelf = column + width, max(shelf, height)
-    return corners, row + shelf
+        widest = max(widest, column)
+    return corners, (row + shelf, widest)

@@ -26,6 +26,7 @@ LAMP_GRID = tuple((x, y) for x in (-7.0, 0.0, 7.0) for y in (-3.5, 3.5))
 LAMP_SIZE_M = 0.7
 LAMP_BOUNCE = 0.25  # of the lamps' light: what comes back from walls and ceiling, evenly
 HALL_M2 = 300.0  # the flux that lands on the hall's floor is spread over about this area
+UPRIGHT_LOSS = 0.5  # of a floodlight's beam
 TUNNEL_FLOOR_SHARE = 0.015  # light deep inside, relative to outside
 TUNNEL_REACH_M = 0.7  # e-folding depth of daylight behind an opening
 GROUND_SHADE, GROUND_REACH_M = 0.3, 0.12  # upright surfaces are darker near the floor
@@ -93,7 +94,9 @@ class Lighting:
     def _flood(self, points: Array, normals: Array, flood: Flood) -> Array:
         """Return a floodlight's share: on open floor its own, by the cosine law and the visible part of the lamp."""
         towards = direction(flood.azimuth_rad, flood.elevation_rad)
-        share: Array = flood.share * np.clip(normals @ towards, 0.0, None) / towards[2]
+        cosine = np.clip(np.einsum("ij,j->i", normals, towards), 0.0, None)
+        # floodlights are aimed at the floor: what stands upright gets less than a parallel beam would give it
+        share: Array = flood.share * cosine / (towards[2] + UPRIGHT_LOSS * (1 - normals[:, 2]))
         facing = np.flatnonzero(share)
         lit = np.zeros(len(facing))
         for ray in flood_rays(flood):

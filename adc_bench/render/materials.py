@@ -55,12 +55,6 @@ def texture_of(albedo: Painted | TwoTone) -> sapien.render.RenderTexture2D:
     return (_FLOORS if isinstance(albedo, TwoTone) and albedo.wear else _OTHERS).get(albedo.key, draw)
 
 
-def radiance(part: Part) -> Light:
-    """Return light times albedo (h, w, 4) of a part whose two pictures have one shape."""
-    assert part.light and isinstance(part.albedo, Painted)
-    return lit(part.albedo.picture(), part.light())
-
-
 def lit(albedo: NDArray[np.uint8], light: Light) -> Light:
     """Return light (h, w, 4) times albedo (h, w, 4) uint8."""
     return np.asarray(light * (albedo.astype(np.float32) / np.float32(255)), np.float32)

@@ -17,6 +17,7 @@ from adc_bench.world.solids import Solid
 Array = NDArray[np.float64]
 UvBox = tuple[float, float, float, float]
 SIDES = 16  # of a round thing
+TEXELS_MAX = 120  # along a patch
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,6 +68,24 @@ def rectangles_mesh(rectangles: Sequence[Rectangle], uv_boxes: Sequence[UvBox]) 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Samples:
+    """Where a light picture is sampled: points (n, 3), unit normals (n, 3), and each texel's sample (h, w)."""
+
+    points: Array
+    normals: Array
+    index: NDArray[np.int32]
+
+    def moved(self, pose: Pose3) -> "Samples":
+        """Return the samples in the outer frame."""
+        points = np.einsum("ij,kj->ik", self.points, pose.rotation) + pose.translation_m
+        return replace(self, points=points, normals=np.einsum("ij,kj->ik", self.normals, pose.rotation))
+
+    def picture(self, rgb: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the picture (h, w, 4) of the samples' light (n, 3)."""
+        return np.asarray(np.insert(rgb, 3, 0, axis=1)[self.index], np.float32)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Patch:
     """A piece of a solid's surface: its mesh with uvs over the unit square, its size in metres (down, across), and
     the points (n, 3) and unit normals (n, 3) at texture coordinates (n,), (n,).
@@ -76,10 +95,17 @@ class Patch:
     size_m: tuple[float, float]
     at: Callable[[Array, Array], tuple[Array, Array]]
 
-    def texels(self, texel_m: float, most: int = 48) -> tuple[int, int]:
+    def texels(self, texel_m: float) -> tuple[int, int]:
         """Return the light picture's shape (h, w) at about this texel size."""
-        h, w = (int(np.clip(math.ceil(size / texel_m), 1, most)) for size in self.size_m)
+        h, w = (int(np.clip(math.ceil(size / texel_m), 1, TEXELS_MAX)) for size in self.size_m)
         return h, w
+
+    def samples(self, texel_m: float) -> "Samples":
+        """Return where the light picture of this patch alone is sampled."""
+        shape = self.texels(texel_m)
+        points, normals = self.texel_centres(shape)
+        index = np.arange(len(points), dtype=np.int32).reshape(shape)
+        return Samples(points=points, normals=normals, index=index)
 
     def texel_centres(self, shape: tuple[int, int]) -> tuple[Array, Array]:
         """Return points (h w, 3) and normals (h w, 3) at the texels' centres."""
@@ -92,7 +118,7 @@ def patches(solid: Solid) -> Iterator[Patch]:
     """Yield the patches of a solid of any shape, where its pose puts it."""
     if solid.shape == "box":
         for face in box_faces(solid):
-            yield _flat(face)
+            yield flat_patch(face)
         return
     pose, tip = solid.pose_world_solid(), 0.0 if solid.shape == "cone" else 1.0
     yield _side(solid, pose, tip)
@@ -100,7 +126,8 @@ def patches(solid: Solid) -> Iterator[Patch]:
         yield _disc(solid, pose, z_sign)
 
 
-def _flat(face: Rectangle) -> Patch:
+def flat_patch(face: Rectangle) -> Patch:
+    """Return a rectangle as a patch."""
     size = (float(np.linalg.norm(face.down)), float(np.linalg.norm(face.right)))
     normal = face.normal
     return Patch(

@@ -5,14 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose3
 from adc_bench.render.atlas import Atlas
-from adc_bench.render.light import Lighting
-from adc_bench.render.meshes import Mesh
-from adc_bench.render.parts import Light, Painted, Part
+from adc_bench.render.meshes import Mesh, Samples
+from adc_bench.render.parts import Painted, Part
 from adc_bench.render.targets import label_ids
 from adc_bench.world.robot import RobotParams
 from adc_bench.world.scenario import Scenario
@@ -50,34 +50,35 @@ class Moving:
 
     name: str
     solids: tuple[Solid, ...]
-    lighting: Lighting
     start: Pose3
     label_id: int = 0
 
     @cached_property
     def atlas(self) -> Atlas:
         """Its surface."""
-        return Atlas.of(self.solids, BODY_TEXEL_M)
+        return _atlas_of(tuple(msgspec.structs.replace(solid, name="") for solid in self.solids))
 
     @cached_property
     def part(self) -> Part:
-        """How it is drawn; its light is that of the start."""
+        """How it is drawn."""
         atlas = self.atlas
         return Part(
             name=self.name,
             mesh=atlas.mesh,
             albedo=Painted(picture=lambda: atlas.albedo),
-            light=lambda: self.light_at(lit_pose(self.start)),
+            samples=atlas.samples,
             label_id=self.label_id,
             body=self.name,
         )
 
-    def light_at(self, pose: Pose3) -> Light:
-        """Return the irradiance (h, w, 4) where it stands at a pose."""
-        return self.atlas.light(self.lighting, pose)
+
+@lru_cache(maxsize=32)
+def _atlas_of(solids: tuple[Solid, ...]) -> Atlas:
+    """Return the atlas of nameless solids: cones are all alike."""
+    return Atlas.of(solids, BODY_TEXEL_M)
 
 
-def moving_bodies(scenario: Scenario, lighting: Lighting) -> tuple[Moving, ...]:
+def moving_bodies(scenario: Scenario) -> tuple[Moving, ...]:
     """Return the scenario's bodies."""
     ids = label_ids(scenario)
 
@@ -85,7 +86,6 @@ def moving_bodies(scenario: Scenario, lighting: Lighting) -> tuple[Moving, ...]:
         return Moving(
             name=body.name,
             solids=body.parts,
-            lighting=lighting,
             start=body.pose.to_pose3(),
             label_id=ids.get(body.name, 0),
         )
@@ -93,12 +93,11 @@ def moving_bodies(scenario: Scenario, lighting: Lighting) -> tuple[Moving, ...]:
     return tuple(of(body) for body in scenario.bodies)
 
 
-def moving_robot(scenario: Scenario, lighting: Lighting) -> Moving:
+def moving_robot(scenario: Scenario) -> Moving:
     """Return the robot's visible parts: hull, deck, wheels and the cameras' mast."""
     return Moving(
         name="robot",
         solids=robot_solids(scenario.robot),
-        lighting=lighting,
         start=Pose3(rotation=np.eye(3), translation_m=np.zeros(3)),
     )
 
@@ -140,21 +139,21 @@ def robot_solids(robot: RobotParams) -> tuple[Solid, ...]:
     )
 
 
-def tape_part(tape: Tape, lit_poses: Mapping[str, Pose3], lighting: Lighting) -> Part:
+def tape_part(tape: Tape, lit_poses: Mapping[str, Pose3]) -> Part:
     """Return a tape hanging between its cones (where the light has them), in the world, seen from both sides."""
     line = _tape_line([lit_poses[tape.first], lit_poses[tape.second]])
 
-    def light() -> Light:
-        side = _tape_normal(line)
-        normals = np.repeat([side, -side], len(line), axis=0)
-        rgb = lighting.irradiance(np.concatenate([line, line]), normals).reshape(2, len(line), 3)
-        return np.asarray(np.insert(rgb, 3, 0, axis=2), np.float32)
-
+    side, count = _tape_normal(line), len(line)
+    samples = Samples(
+        points=np.concatenate([line, line]),
+        normals=np.repeat([side, -side], count, axis=0),
+        index=np.arange(2 * count, dtype=np.int32).reshape(2, count),
+    )
     return Part(
         name=tape.name,
         mesh=_tape_mesh(line),
         albedo=Painted(picture=_tape_print, key="tape"),
-        light=light,
+        samples=samples,
         body=tape.name,
     )
 

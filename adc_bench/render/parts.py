@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.render.meshes import Mesh
+from adc_bench.render.meshes import Mesh, Samples
 
 Rgb = tuple[float, float, float]
 Light = NDArray[np.float32]
@@ -85,8 +85,8 @@ class Part:
         name: a solid's or body's name where it stands for one.
         mesh: in the world, or in the frame of `body` where that is named.
         albedo: share of light given back.
-        light: returns irradiance (h, w, 4) float32 in units of 300 lux over the mesh's texture coordinates, computed
-            when it is asked for; None for a part that glows.
+        samples: where irradiance over the mesh's texture coordinates is sampled, in the mesh's frame; None for the
+            floor, whose light `FloorLight` holds, and for a part that glows.
         glow: radiance of the albedo's white, for a part that shines by itself.
         label_id: in the label picture, 0 for none.
         body: the body or tape that it moves with; None stands for good.
@@ -97,7 +97,7 @@ class Part:
     name: str
     mesh: Mesh
     albedo: Plain | Painted | TwoTone
-    light: Callable[[], Light] | None = None
+    samples: Samples | None = None
     glow: float = 0.0
     label_id: int = 0
     body: str | None = None

@@ -3,7 +3,7 @@
 The one file, with `view.py`, that knows SAPIEN's axes.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import sapien
@@ -16,12 +16,11 @@ from adc_bench.render.materials import (
     light_texture,
     lit,
     material_of,
-    radiance,
     texture_of,
 )
-from adc_bench.render.meshes import Mesh
+from adc_bench.render.meshes import Mesh, Samples
 from adc_bench.render.moving import Moving, lit_pose, moving_bodies, moving_robot, same_pose, tape_part
-from adc_bench.render.parts import Painted, Part
+from adc_bench.render.parts import Light, Painted
 from adc_bench.render.targets import Target, targets_of
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.scenario import Scenario
@@ -56,19 +55,18 @@ class FastScene:
         self._entities: list[sapien.Entity] = []
         self._screens: list[sapien.render.RenderMaterial] = []
         self._arena = ArenaParts.of(scenario)
-        self._bodies = {body.name: body for body in moving_bodies(scenario, self._arena.lighting)}
+        self._bodies = {body.name: body for body in moving_bodies(scenario)}
         self._poses = {name: body.start for name, body in self._bodies.items()}
         self._lit: dict[str, Pose3] = {}
         self._body_light: dict[str, sapien.render.RenderTexture2D] = {}
         self._body_entities: dict[str, sapien.Entity] = {}
         self._tape_entities: dict[str, sapien.Entity] = {}
         self._floor_light = [light_texture(floor.picture) for floor in self._arena.floors]
-        for part in self._arena.standing():
-            self._add_standing(part)
+        self._add_standing()
         for body in self._bodies.values():
             self._add_body(body)
         self._hang_tapes(frozenset(), self._relight(self._bodies))
-        self._add_robot(moving_robot(scenario, self._arena.lighting))
+        self._add_robot(moving_robot(scenario))
         self.show(scenario.panel_sign)
 
     def remove(self) -> None:
@@ -119,17 +117,29 @@ class FastScene:
         self._entities.append(entity)
         return entity
 
-    def _add_standing(self, part: Part) -> None:
-        if part.floor:
-            light = self._floor_light[part.name == "hall_floor"]
-            self._add(part.mesh, material_of(part, light))
-        elif part.name == "solids":
-            self._add(part.mesh, baked_material(light_texture(radiance(part)), part.label_id))
-        else:
-            material = material_of(part, light_texture(part.light()) if part.light else None)
+    def _add_standing(self) -> None:
+        parts = list(self._arena.standing())
+        light = self._light_of([part.samples for part in parts])
+        for part, picture in zip(parts, light, strict=True):
+            if part.floor:
+                material = material_of(part, self._floor_light[part.name == "hall_floor"])
+            elif picture is not None and isinstance(part.albedo, Painted) and part.albedo.key is None:
+                material = baked_material(light_texture(lit(part.albedo.picture(), picture)), part.label_id)
+            else:
+                material = material_of(part, None if picture is None else light_texture(picture))
             self._add(part.mesh, material)
             if part.glow and part.label_id:
                 self._screens.append(material)
+
+    def _light_of(self, samples: Sequence[Samples | None]) -> list[Light | None]:
+        """Return the light pictures at samples in the world, all computed in one go."""
+        some = [s for s in samples if s is not None]
+        if not some:
+            return [None] * len(samples)
+        points, normals = np.concatenate([s.points for s in some]), np.concatenate([s.normals for s in some])
+        rgb = self._arena.lighting.irradiance(points, normals)
+        pieces = iter(np.split(rgb, np.cumsum([len(s.points) for s in some])[:-1]))
+        return [None if s is None else s.picture(next(pieces)) for s in samples]
 
     def _add_body(self, body: Moving) -> None:
         light = self._body_light[body.name] = light_texture(np.ones((*body.atlas.albedo.shape[:2], 4), np.float32))
@@ -138,8 +148,9 @@ class FastScene:
         self._body_entities[body.name] = entity
 
     def _add_robot(self, robot: Moving) -> None:
-        light = light_texture(lit(robot.atlas.albedo, robot.light_at(robot.start)))
-        self._robot = self._add(robot.part.mesh, baked_material(light, robot.label_id))
+        (picture,) = self._light_of([robot.atlas.samples])
+        assert picture is not None
+        self._robot = self._add(robot.part.mesh, baked_material(light_texture(lit(robot.atlas.albedo, picture)), 0))
         self._robot.set_pose(FAR_AWAY)
 
     def _relight(self, names: Collection[str]) -> Collection[str]:
@@ -147,13 +158,18 @@ class FastScene:
 
         Returns their names.
         """
-        changed = {}
-        for name in names:
-            pose, body = lit_pose(self._poses[name]), self._bodies[name]
-            if name not in self._lit or not same_pose(pose, self._lit[name]):
-                self._lit[name] = pose
-                changed[name] = (body.solids, pose)
-                self._body_light[name].upload(lit(body.atlas.albedo, body.light_at(pose)))
+        poses = {name: lit_pose(self._poses[name]) for name in names}
+        changed = {
+            name: (self._bodies[name].solids, pose)
+            for name, pose in poses.items()
+            if name not in self._lit or not same_pose(pose, self._lit[name])
+        }
+        self._lit.update({name: pose for name, (_, pose) in changed.items()})
+        bodies = [(name, self._bodies[name].atlas) for name in changed]
+        light = self._light_of([atlas.samples.moved(self._lit[name]) for name, atlas in bodies])
+        for (name, atlas), picture in zip(bodies, light, strict=True):
+            assert picture is not None
+            self._body_light[name].upload(lit(atlas.albedo, picture))
         if changed:
             for floor, texture in zip(self._arena.floors, self._floor_light, strict=True):
                 floor.place(changed)
@@ -162,15 +178,14 @@ class FastScene:
 
     def _hang_tapes(self, torn: frozenset[str], moved: Collection[str]) -> None:
         """Hang the tapes whose cones have moved, and take down the torn ones."""
-        for tape in self._scenario.tapes:
-            hangs = tape.name in self._tape_entities
-            stale = tape.first in moved or tape.second in moved
-            if hangs and (stale or tape.name in torn):
-                self._scene.remove_entity(self._tape_entities.pop(tape.name))
-                hangs = False
-            if not hangs and tape.name not in torn:
-                part = tape_part(tape, self._lit, self._arena.lighting)
-                assert part.light
-                entity = entity_of(part.mesh, material_of(part, light_texture(part.light())))
-                self._scene.add_entity(entity)
-                self._tape_entities[tape.name] = entity
+        wanted = [tape for tape in self._scenario.tapes if tape.name not in torn]
+        stale = {tape.name for tape in wanted if tape.first in moved or tape.second in moved}
+        for name in list(self._tape_entities):
+            if name in torn or name in stale:
+                self._scene.remove_entity(self._tape_entities.pop(name))
+        parts = [tape_part(tape, self._lit) for tape in wanted if tape.name not in self._tape_entities]
+        for part, picture in zip(parts, self._light_of([part.samples for part in parts]), strict=True):
+            assert picture is not None
+            entity = entity_of(part.mesh, material_of(part, light_texture(picture)))
+            self._scene.add_entity(entity)
+            self._tape_entities[part.name] = entity

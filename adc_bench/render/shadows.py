@@ -40,17 +40,19 @@ def shadowed(points: Array, towards: Array, blockers: Sequence[Blocker]) -> NDAr
         return hit
     side = np.cross(towards, [0.0, 0.0, 1.0])
     side /= np.linalg.norm(side)
-    across = np.stack([side, np.cross(side, towards)], axis=1)
-    centres = np.array([blocker.centre for blocker in blockers]) @ across
+    across = np.stack([side, np.cross(side, towards)])
+    centres = np.array([blocker.centre for blocker in blockers]) @ across.T
     radii = np.array([blocker.radius_m for blocker in blockers])
-    low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
-    u, v = points @ across[:, 0], points @ across[:, 1]
-    some = np.flatnonzero((u > low[0]) & (u < high[0]) & (v > low[1]) & (v < high[1]))
-    u, v = u[some], v[some]
-    for blocker, (cu, cv), radius in zip(blockers, centres, radii, strict=True):
-        near = some[(np.abs(u - cu) < radius) & (np.abs(v - cv) < radius)]
+    u, v = np.einsum("ij,j->i", points, across[0]), np.einsum("ij,j->i", points, across[1])
+    if not len(u):
+        return hit
+    near_u = (centres[:, 0] + radii > u.min()) & (centres[:, 0] - radii < u.max())
+    near_v = (centres[:, 1] + radii > v.min()) & (centres[:, 1] - radii < v.max())
+    for k in np.flatnonzero(near_u & near_v):
+        near = np.flatnonzero((np.abs(u - centres[k, 0]) < radii[k]) & (np.abs(v - centres[k, 1]) < radii[k]))
         if len(near):
-            local = (points[near] - blocker.centre) @ blocker.rotation
+            blocker = blockers[k]
+            local = np.einsum("ij,jk->ik", points[near] - blocker.centre, blocker.rotation)
             ray = towards @ blocker.rotation
             hit[near] |= _ray_meets_box(local, np.where(np.abs(ray) < 1e-12, 1e-12, ray), blocker.half)
     return hit
