@@ -108,7 +108,7 @@ def render_shard(task: ShardTask) -> int:
             renderer.load(scenarios[-1])
         frame = draw_frame(plan.split, scenarios[-1], index)
         renderer.set_panel(frame.panel_sign)
-        frames.append(renderer.frame(index, frame.camera, frame.pose_world_robot))
+        frames.append(renderer.frame(index, frame.camera, frame.pose_world_robot, frame.motion))
     cameras = [mount.name for mount in plan.cameras]
     write_file(task.root / shard_name(task.number), encode_shard(frames, cameras, scenarios))
     return len(frames)

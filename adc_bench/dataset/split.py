@@ -4,14 +4,19 @@ import hashlib
 
 import msgspec
 
+from adc_bench.world.course import CourseName
 from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily
 from adc_bench.world.records import find_record, load_record
+from adc_bench.world.robot import RobotName
+from adc_bench.world.setup import RANDOM_LAYOUTS, load_layout
 
 
 class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A family of scenarios and poses. Scenario k has the seed `seed_first` + k; its frames share one arena.
 
-    `tunnel_share` is the share of scenarios with a tunnel, `crosswalk_share` that of poses before the crosswalk.
+    `layouts` holds the shares of the scenarios that have each layout: files' names, or words of `RANDOM_LAYOUTS`.
+    `signs_share` is the share with vertical signs among those drawn without road-works. `crosswalk_share` is the share
+    of poses before the crosswalk, `objects_share` that of poses before signs, boxes or cones where there are any.
     """
 
     name: str
@@ -19,8 +24,13 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     seed_count: int
     frames: int
     frames_per_scenario: int = 16
-    tunnel_share: float = 0.25
+    course: CourseName = "a"
+    robot: RobotName = "pioneer"
+    furniture: bool = True
+    layouts: dict[str, float]
+    signs_share: float = 0.5
     crosswalk_share: float = 0.5
+    objects_share: float = 0.3
     looks: LookFamily
 
     def __post_init__(self) -> None:
@@ -28,8 +38,11 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
             raise ValueError("seed_count and frames_per_scenario must be at least 1")
         if not 0 < self.frames <= self.frames_max:
             raise ValueError(f"frames must lie in 1..{self.frames_max} (seed_count x frames_per_scenario)")
-        if not (0 <= self.tunnel_share <= 1 and 0 <= self.crosswalk_share <= 1):
-            raise ValueError("tunnel_share and crosswalk_share must lie in 0..1")
+        poses = self.crosswalk_share, self.objects_share
+        if not (0 <= self.signs_share <= 1 and min(poses) >= 0 and sum(poses) <= 1):
+            raise ValueError("signs_share, crosswalk_share, objects_share and the sum of the last two must lie in 0..1")
+        if not (all(share > 0 for share in self.layouts.values()) and abs(sum(self.layouts.values()) - 1) < 1e-9):
+            raise ValueError("the shares in layouts must be more than 0 and add up to 1")
         _check_known("looks.floors", self.looks.floors, FLOOR_TEXTURES)
         _check_known("looks.walls", self.looks.walls, WALL_TEXTURES)
         _check_known("looks.light_sets", self.looks.light_sets, tuple(LIGHT_SETS))
@@ -44,16 +57,20 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     @property
     def sha256(self) -> str:
         """The digest of the values, whatever the file's comments and order."""
-        return hashlib.sha256(msgspec.json.encode(self)).hexdigest()
+        return hashlib.sha256(msgspec.json.encode(self, order="deterministic")).hexdigest()
 
 
 def load_split(name_or_path: str) -> Split:
     """Return the split of this name (`splits/NAME.toml`) or of this file.
 
     Raises:
-        InputError: it is unknown, or its file is broken.
+        InputError: it is unknown, its file is broken, or one of its layouts is.
     """
-    return load_record(find_record(name_or_path, "splits"), Split)
+    split = load_record(find_record(name_or_path, "splits"), Split)
+    for name in split.layouts:
+        if name not in RANDOM_LAYOUTS:
+            load_layout(name)
+    return split
 
 
 def _check_known(key: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:

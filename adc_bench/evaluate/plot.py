@@ -13,6 +13,7 @@ from adc_bench.dataset.layout import write_file
 from adc_bench.evaluate.log import EpisodeLog
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.score import replayed
+from adc_bench.evaluate.suite import rules_for
 from adc_bench.geometry import Pose2
 from adc_bench.world.course import Course
 
@@ -28,7 +29,7 @@ def plot_paths(logs: Sequence[EpisodeLog], path: Path, rules: Rules = RULES) -> 
     figure = Figure(figsize=(8.5 * columns, 4.2 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for axis, log in zip(axes, logs, strict=False):
-        _draw_course(axis, Course(spec=rules.course))
+        _draw_course(axis, Course(spec=rules_for(log.header.run.suite, rules).course))
         _draw_run(axis, log, rules)
     for axis in axes[len(logs) :]:
         axis.set_axis_off()

@@ -14,7 +14,7 @@ from adc_bench.evaluate.plot import plot_paths
 from adc_bench.evaluate.results import Result, episode_timing, result_of, timing_of, to_json
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.submission import Submission
-from adc_bench.evaluate.suite import Suite, mission_for, rules_id, scenario_for, start_step
+from adc_bench.evaluate.suite import Suite, mission_for, rules_for, rules_id, scenario_for, start_step
 from adc_bench.render import ArenaRenderer
 
 PACKAGES = ("sapien", "numpy", "scipy", "opencv-python-headless", "torch")
@@ -36,6 +36,7 @@ def evaluate_submission(
         InputError: the submission cannot be loaded, or the folder belongs to another run.
         MachineError: this machine cannot render.
     """
+    rules = rules_for(suite, rules)
     renderer = ArenaRenderer(rules.rig)
     run = RunId(
         suite=suite,
@@ -60,6 +61,7 @@ def software(renderer_name: str) -> dict[str, str]:
 
 def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES) -> Plan:
     """Return all that fixes a seed's run."""
+    rules = rules_for(run.suite, rules)
     scenario = scenario_for(run.suite, seed, rules)
     options = submission.load.options
     mission = mission_for(run.suite, latency_s=submission.id.latency_s, options=options, rules=rules)

@@ -14,6 +14,7 @@ from adc_bench.evaluate.log import EpisodeLog, Header, Hit, Row
 from adc_bench.evaluate.metrics import Localization, dead_reckoning, localization, rms
 from adc_bench.evaluate.referee import Referee, Watch
 from adc_bench.evaluate.rules import RULES, Rules
+from adc_bench.evaluate.suite import rules_for
 from adc_bench.geometry import Pose2
 from adc_bench.world.course import Course
 
@@ -57,6 +58,7 @@ class Episode(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 def score(log: EpisodeLog, rules: Rules = RULES) -> Episode:
     """Return the score of a run."""
+    rules = rules_for(log.header.run.suite, rules)
     referee = Referee(course=Course(spec=rules.course), rules=rules, header=log.header)
     watches = _watches(referee, log.rows)
     last, laps_s = watches[-1], referee.laps_s(watches[-1])
@@ -122,7 +124,7 @@ def replayed(
     """Return where dead reckoning from a run's own encoders would be at these times, (n, 2)."""
     return dead_reckoning(
         header.start_pose,
-        rules.robot,
+        rules_for(header.run.suite, rules).robot,
         np.array([time_s for row in rows for time_s in row.encoders.time_s]),
         np.array([ticks for row in rows for ticks in row.encoders.left_ticks], dtype=np.float64),
         np.array([ticks for row in rows for ticks in row.encoders.right_ticks], dtype=np.float64),

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -20,6 +21,7 @@ from adc_bench.world.parking import BaySpec, ParkingPlace, bay_paint, bay_places
 
 Array = NDArray[np.float64]
 QUARTER = math.pi / 2
+CourseName = Literal["a", "b"]
 
 
 class CourseSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -65,7 +67,7 @@ class CourseSpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return (self.radius_centre_m + self.radius_outer_m) / 2
 
 
-COURSE_SETS: Mapping[str, CourseSpec] = {
+COURSE_SETS: Mapping[CourseName, CourseSpec] = {
     "a": CourseSpec(),
     # Radii, centres and 10 cm lines of benchmark.md's set B; crosswalk and dashes as CONDE's drawing has them.
     "b": CourseSpec(

@@ -1,9 +1,13 @@
 """The robot: nominal parameters known to everyone, and the true ones drawn per seed."""
 
 import math
+from collections.abc import Mapping
+from typing import Literal
 
 import msgspec
 import numpy as np
+
+RobotName = Literal["pioneer", "pioneer-stock", "conde"]
 
 
 class Motion(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -30,6 +34,14 @@ class RobotParams(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     acceleration_max_mps2: float = 2.0
     turn_rate_max_radps: float = math.radians(300)
     encoder_ticks_per_turn: int = 500
+
+
+# The parameter sets of benchmark.md; the body of `conde` is its mesh's (adc.md 11) without the camera mast.
+ROBOTS: Mapping[RobotName, RobotParams] = {
+    "pioneer": RobotParams(),
+    "pioneer-stock": RobotParams(name="pioneer-stock", speed_max_mps=1.2),
+    "conde": RobotParams(name="conde", wheel_radius_m=0.032, mass_kg=10.6, length_m=0.493, width_m=0.365),
+}
 
 
 class RobotTruth(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

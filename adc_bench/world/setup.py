@@ -5,8 +5,10 @@ from typing import Literal, get_args
 import numpy as np
 import shapely
 
+from adc_bench.errors import InputError
 from adc_bench.world.arena import ArenaSpec, gantry_solids
-from adc_bench.world.checks import check_layout
+from adc_bench.world.categories import PanelSign
+from adc_bench.world.checks import check_layout, check_scenario
 from adc_bench.world.course import Course, CourseSpec
 from adc_bench.world.drawing import (
     draw_boxes,
@@ -18,9 +20,14 @@ from adc_bench.world.drawing import (
     works_floor,
 )
 from adc_bench.world.footprints import extents
+from adc_bench.world.furnishing import draw_furniture
 from adc_bench.world.layout import Layout
+from adc_bench.world.look import Look
 from adc_bench.world.records import find_record, load_record
-from adc_bench.world.signs import VerticalSign, draw_signs, sign_solids
+from adc_bench.world.robot import RobotParams, draw_robot_truth
+from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
+from adc_bench.world.signs import draw_signs, sign_solids
 from adc_bench.world.streams import stream
 
 RandomLayout = Literal[
@@ -35,7 +42,13 @@ def load_layout(name_or_path: str) -> Layout:
     Raises:
         InputError: it is unknown, its file is broken, or the arena that it makes cannot be.
     """
-    path = find_record(name_or_path, "splits/layouts")
+    try:
+        path = find_record(name_or_path, "splits/layouts")
+    except InputError as error:
+        drawn = f"one of the drawn {', '.join(RANDOM_LAYOUTS)}"
+        raise InputError(
+            where=error.where, found=error.found, wanted=f"{error.wanted}; or {drawn}", todo=error.todo
+        ) from None
     layout = load_record(path, Layout)
     check_layout(layout, str(path))
     return layout
@@ -66,9 +79,42 @@ def draw_layout(name: str, course: Course, rng: np.random.Generator, *, signs: b
     return load_layout(name)
 
 
-def layout_signs(layout: Layout, spec: CourseSpec, seed: int) -> tuple[VerticalSign, ...]:
-    """Return the twelve signs, permuted by the seed, or none if the layout has none."""
-    return draw_signs(spec, stream(seed, "signs")) if layout.signs else ()
+def set_up(
+    *,
+    name: str,
+    seed: int,
+    look: Look,
+    panel_sign: PanelSign,
+    layout: Layout,
+    course: CourseSpec,
+    arena: ArenaSpec,
+    robot: RobotParams,
+    rig: SensorRig,
+    furniture: bool = True,
+) -> Scenario:
+    """Return the scenario: what the layout asks for, and what the seed draws beside it (signs, furniture, the robot).
+
+    Raises:
+        InputError: the arena cannot be, see `check_scenario`.
+    """
+    signs = draw_signs(course, stream(seed, "signs")) if layout.signs else ()
+    hall = stream(seed, "furniture")
+    scenario = Scenario(
+        name=name,
+        seed=seed,
+        look=look,
+        robot_truth=draw_robot_truth(robot, stream(seed, "robot")),
+        panel_sign=panel_sign,
+        layout=layout,
+        signs=signs,
+        furniture=draw_furniture(arena, Course(spec=course), layout, signs, hall) if furniture else (),
+        course_spec=course,
+        arena_spec=arena,
+        robot=robot,
+        rig=rig,
+    )
+    check_scenario(scenario, f"the arena {name}")
+    return scenario
 
 
 def _draw_all(name: str, course: Course, rng: np.random.Generator) -> Layout:

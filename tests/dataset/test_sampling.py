@@ -9,11 +9,14 @@ import shapely
 from shapely import affinity
 
 from adc_bench.dataset import load_split
-from adc_bench.dataset.sampling import FramePlan, draw_frame, draw_scenario, scenario_number
+from adc_bench.dataset.sampling import FramePlan, draw_frame, draw_scenario, layout_name, scenario_number
+from adc_bench.geometry import Pose2, wrap_rad
 from adc_bench.world.categories import PANEL_SIGNS
 from adc_bench.world.look import LIGHT_LEVELS
+from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import SensorRig
+from adc_bench.world.solids import Solid
 
 RIG = SensorRig()
 VAL = load_split("val")
@@ -55,13 +58,25 @@ def _crosswalk_share(scenario: Scenario, plan: FramePlan) -> float:
     return float(inside.mean())
 
 
-def test_tunnels_keep_their_share_and_stand_at_every_light_level() -> None:
+def test_layouts_keep_their_shares_in_every_stretch_and_at_every_light_level() -> None:
+    names = [layout_name(VAL, number) for number in range(640)]
+    for stretch in (names[:160], names[160:320], names[320:], *(names[level::4] for level in range(4))):
+        counts = Counter(stretch)
+        for name, share in VAL.layouts.items():
+            assert counts[name] / len(stretch) == pytest.approx(share, abs=0.03)
+    assert Counter(names[:32]).keys() == VAL.layouts.keys()
+
+
+def test_every_kind_of_thing_is_drawn() -> None:
     scenarios = [draw_scenario(VAL, number, RIG) for number in range(64)]
-    for first in range(0, 64, 4):
-        assert sum(scenario.tunnel is not None for scenario in scenarios[first : first + 4]) == 1
     tunnels = [scenario for scenario in scenarios if scenario.tunnel]
     assert {scenario.look.light_level for scenario in tunnels} == set(LIGHT_LEVELS)
     assert any(_roof_covers(scenario, (0.0, -scenario.course_spec.radius_centre_m)) for scenario in tunnels)
+    with_works = [scenario for scenario in scenarios if scenario.layout.works]
+    assert all(len(scenario.tapes) == 7 and not scenario.signs for scenario in with_works) and len(with_works) >= 12
+    signs = sum(len(scenario.signs) == 12 for scenario in scenarios)
+    assert 15 < signs < 35
+    assert all(scenario.furniture for scenario in scenarios)
 
 
 def _roof_covers(scenario: Scenario, point: tuple[float, float]) -> bool:
@@ -69,20 +84,55 @@ def _roof_covers(scenario: Scenario, point: tuple[float, float]) -> bool:
     return any(math.dist(point, solid.centre_m[:2]) < 0.3 for solid in roofs)
 
 
-def test_no_robot_stands_in_a_wall() -> None:
-    tunnels = [number for number in range(64) if draw_scenario(VAL, number, RIG).tunnel]
-    for number in tunnels:
+def test_no_robot_stands_in_a_thing() -> None:
+    for number in range(24):
         scenario = draw_scenario(VAL, number, RIG)
-        low = [solid for solid in scenario.solids if solid.centre_m[2] - solid.size_m[2] / 2 < 0.5]
-        footprints = []
-        for solid in low:
-            x, y = solid.size_m[0] / 2, solid.size_m[1] / 2
-            turned = affinity.rotate(shapely.box(-x, -y, x, y), solid.yaw_rad, origin=(0, 0), use_radians=True)
-            footprints.append(affinity.translate(turned, *solid.centre_m[:2]))
-        walls = shapely.union_all(footprints)
+        standing = [(solid, Pose2(x_m=0.0, y_m=0.0, yaw_rad=0.0)) for solid in scenario.solids]
+        standing += [(part, body.pose) for body in scenario.bodies for part in body.parts]
+        footprints = [_footprint(solid, pose) for solid, pose in standing if _bottom_m(solid) < 0.5]
+        places = {body.name: (body.pose.x_m, body.pose.y_m) for body in scenario.bodies}
+        tapes = [shapely.LineString([places[tape.first], places[tape.second]]) for tape in scenario.tapes]
+        taken = shapely.union_all([*footprints, *tapes])
         for k in range(VAL.frames_per_scenario):
             plan = draw_frame(VAL, scenario, number * VAL.frames_per_scenario + k)
-            assert walls.distance(shapely.Point(plan.pose_world_robot.translation_m[:2])) > 0.29
+            assert taken.distance(shapely.Point(plan.pose_world_robot.translation_m[:2])) > 0.29
+
+
+def _bottom_m(solid: Solid) -> float:
+    return solid.centre_m[2] - solid.size_m[2] / 2
+
+
+def _footprint(solid: Solid, pose: Pose2) -> shapely.Geometry:
+    x, y = solid.size_m[0] / 2, solid.size_m[1] / 2
+    turned = affinity.rotate(shapely.box(-x, -y, x, y), solid.yaw_rad, origin=(0, 0), use_radians=True)
+    there = affinity.translate(turned, *solid.centre_m[:2])
+    return affinity.translate(affinity.rotate(there, pose.yaw_rad, origin=(0, 0), use_radians=True), pose.x_m, pose.y_m)
+
+
+def test_a_good_share_of_poses_looks_at_signs_boxes_and_cones(plans: Plans) -> None:
+    """Counted by geometry of our own: within 25 degrees of straight ahead, 0.6 to 5 m away, a sign's front to us."""
+    with_things = [(s, plan) for s, plan in plans if s.signs or any(body.category for body in s.bodies)]
+    seen = [_looks_at_a_thing(scenario, plan) for scenario, plan in with_things]
+    assert len(seen) > 100 and np.mean(seen) > 0.3
+
+
+def _looks_at_a_thing(scenario: Scenario, plan: FramePlan) -> bool:
+    things = [(sign.x_m, sign.y_m, sign.yaw_rad) for sign in scenario.signs]
+    things += [(body.pose.x_m, body.pose.y_m, math.nan) for body in scenario.bodies if body.category]
+    x, y, _ = plan.pose_world_robot.translation_m
+    yaw = math.atan2(plan.pose_world_robot.rotation[1, 0], plan.pose_world_robot.rotation[0, 0])
+    for thing_x, thing_y, facing in things:
+        ahead = abs(wrap_rad(math.atan2(thing_y - y, thing_x - x) - yaw)) < math.radians(26)
+        front = math.isnan(facing) or math.cos(math.atan2(y - thing_y, x - thing_x) - facing) > 0.4
+        if ahead and front and 0.5 < math.dist((x, y), (thing_x, thing_y)) < 5.2:
+            return True
+    return False
+
+
+def test_half_of_the_robots_stand_still_and_none_is_faster_than_drawn(plans: Plans) -> None:
+    motions = [plan.motion for _, plan in plans]
+    assert np.mean([motion == Motion() for motion in motions]) == pytest.approx(0.5, abs=0.1)
+    assert all(0 <= motion.v_mps <= 2 and abs(motion.omega_radps) <= 2 for motion in motions)
 
 
 def test_poses_lie_on_and_around_the_lanes(plans: Plans) -> None:

@@ -34,7 +34,7 @@ def test_looks_do_not_meet(kind: str) -> None:
 def test_digest_follows_the_values_alone() -> None:
     split = load_split("val")
     assert split.sha256 == load_split("val").sha256
-    assert split.sha256 != msgspec.structs.replace(split, tunnel_share=0.3).sha256
+    assert split.sha256 != msgspec.structs.replace(split, signs_share=0.3).sha256
 
 
 def test_unknown_split_lists_the_known() -> None:
@@ -50,7 +50,10 @@ def test_unknown_split_lists_the_known() -> None:
         ("frames = 640", "frams = 640", "frams"),
         ("frames = 640", 'frames = "many"', "$.frames"),
         ("frames = 640", "frames = 0", "frames must lie in 1..1600000"),
-        ("tunnel_share = 0.25", "tunnel_share = 2.0", "tunnel_share and crosswalk_share must lie in 0..1"),
+        ("objects_share = 0.3", "objects_share = 0.6", "the sum of the last two must lie in 0..1"),
+        ("random_works = 0.125", "random_works = 0.5", "the shares in layouts must be more than 0 and add up to 1"),
+        ("signs_share = 0.5", 'course = "c"', "Invalid enum value 'c' - at `$.course`"),
+        ("signs_share = 0.5", 'robot = "segway"', "Invalid enum value 'segway' - at `$.robot`"),
         ('"worn_vinyl"', '"lawn"', "looks.floors has the unknown name 'lawn'"),
         ('["dark", "dim", "normal", "bright"]', "[]", "looks.light_levels is empty"),
         ('name = "val"', 'name = "val', "broken TOML"),
@@ -64,6 +67,21 @@ def test_broken_split_is_told_with_its_place(tmp_path: Path, old: str, new: str,
     with pytest.raises(InputError) as caught:
         load_split(str(path))
     assert told in str(caught.value) and str(path) in str(caught.value)
+
+
+def test_an_unknown_layout_of_a_split_lists_the_known(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text((splits_folder() / "val.toml").read_text().replace("random_works", "d9"))
+    with pytest.raises(InputError) as caught:
+        load_split(str(path))
+    assert caught.value.where == "layout 'd9'"
+    assert all(name in caught.value.wanted for name in ("d3_v1", "d4_v2", "open", "random_works"))
+
+
+def test_the_digest_does_not_hang_on_the_order_of_layouts() -> None:
+    split = load_split("val")
+    turned = msgspec.structs.replace(split, layouts=dict(reversed(split.layouts.items())))
+    assert turned.sha256 == split.sha256
 
 
 def test_a_split_of_ones_own_is_read_by_path(tmp_path: Path) -> None:
