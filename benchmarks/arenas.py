@@ -6,13 +6,22 @@ from itertools import cycle
 import msgspec
 import numpy as np
 
-from adc_bench.dataset import load_split
-from adc_bench.dataset.sampling import draw_scenario
-from adc_bench.geometry import Pose2, Pose3, rotation_zyx
+from adc_bench.geometry import Path, Pose2, Pose3, rotation_zyx
+from adc_bench.world.arena import ArenaSpec, Tunnel
+from adc_bench.world.categories import PANEL_SIGNS
+from adc_bench.world.course import Course
+from adc_bench.world.furnishing import draw_furniture
+from adc_bench.world.layout import BoxPlace, Layout, Place, Works
+from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
+from adc_bench.world.robot import RobotParams, draw_robot_truth
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import CameraMount, Lens, SensorRig
+from adc_bench.world.signs import draw_signs
+from adc_bench.world.streams import stream
 
 STOPS = 24  # poses round the lap
+ALL_LOOKS = LookFamily(floors=FLOOR_TEXTURES, walls=WALL_TEXTURES, light_sets=tuple(LIGHT_SETS))
+PARKED = (-1.855, -3.783)  # a box in the parking bay
 
 
 def rig(width_px: int, height_px: int, *, cameras: int = 1, lens: Lens | None = None) -> SensorRig:
@@ -26,8 +35,40 @@ def rig(width_px: int, height_px: int, *, cameras: int = 1, lens: Lens | None = 
 
 
 def arena(number: int, sensor_rig: SensorRig) -> Scenario:
-    """Return a scenario."""
-    return draw_scenario(load_split("train"), number, sensor_rig)
+    """Return a scenario with everything in it that an arena can hold; its look is drawn from all looks.
+
+    The lane stays free: tunnel over it, boxes beside it, road-works to both sides of it.
+    """
+    rng, course = stream(number, "benchmark"), Course()
+    lap, beside_m = course.lap, course.spec.radius_outer_m - course.spec.radius_centre_m  # to the other lane
+    boxes = [*(_beside(lap, s_m + rng.uniform(-0.5, 0.5), beside_m) for s_m in (28.0, 31.0, 34.0)), PARKED]
+    layout = Layout(
+        name="everything",
+        tunnel=Tunnel(start_s_m=float(rng.uniform(9.9, 10.6)), length_m=float(rng.uniform(2.0, 2.6))),
+        boxes=tuple(BoxPlace(x_m=x_m, y_m=y_m) for x_m, y_m in boxes),
+        works=Works(
+            left=tuple(_beside(lap, 21.9 + 0.9 * k, 0.6) for k in range(5)),
+            right=tuple(_beside(lap, 22.35 + 0.9 * k, -0.6) for k in range(4)),
+        ),
+        signs=True,
+    )
+    signs = draw_signs(course.spec, rng)
+    return Scenario(
+        name=f"everything-{number}",
+        seed=number,
+        look=draw_look(ALL_LOOKS, rng),
+        robot_truth=draw_robot_truth(RobotParams(), rng),
+        panel_sign=PANEL_SIGNS[number % len(PANEL_SIGNS)],
+        layout=layout,
+        signs=signs,
+        furniture=draw_furniture(ArenaSpec(), course, layout, signs, rng),
+        rig=sensor_rig,
+    )
+
+
+def _beside(lap: Path, s_m: float, left_m: float) -> Place:
+    (x_m, y_m), *_ = lap.pose(s_m).transform([(0.0, left_m)])
+    return float(x_m), float(y_m)
 
 
 def stops(scenario: Scenario) -> Iterator[Pose3]:
