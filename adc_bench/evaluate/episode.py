@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 
-from adc_bench.api import Mission
+from adc_bench.api import Mission, SeenObject
 from adc_bench.evaluate.course_progress import Moment
 from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.isolation import AgentFailedError, AgentProcess
@@ -18,6 +18,7 @@ from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.wire import Load, Sense, sense
 from adc_bench.render import ArenaRenderer
 from adc_bench.sim import Delivery, Simulation
+from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 
 
@@ -40,6 +41,15 @@ class Driven:
     ending: Ending
     wall_s: float
     compute_s: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot:
+    """What a camera took at a time: the picture's file, and the objects in view if the rig's semantic camera is it."""
+
+    time_s: float
+    picture: bytes
+    objects: tuple[SeenObject, ...]
 
 
 def drive(plan: Plan, renderer: ArenaRenderer, child_log: Path) -> Driven:
@@ -71,7 +81,7 @@ class _Run:
         self._referee = Referee(course=plan.scenario.course, rules=plan.rules, header=plan.header)
         late_steps = 1 + math.ceil(plan.mission.latency_s / period_s - 1e-9)
         self._commands = deque([(0.0, 0.0)] * late_steps)
-        self._pictures: dict[str, Delivery[tuple[float, bytes]]] = {
+        self._shots: dict[str, Delivery[Shot]] = {
             mount.name: Delivery(mount.latency_s) for mount in plan.scenario.rig.cameras
         }
         self.rows: list[Row] = []
@@ -124,21 +134,35 @@ class _Run:
             ),
             answer=None,
         )
-        self._take_pictures(step, time_s)
-        return row, sense(step, time_s, self._arrived(time_s), encoders, readings.imu, laser=readings.laser)
+        self._take_pictures(step, time_s, Motion(v_mps=state.v_mps, omega_radps=state.omega_radps))
+        taken = self._arrived(time_s)
+        message = sense(
+            step,
+            time_s,
+            {name: (shot.time_s, shot.picture) for name, shot in taken.items()},
+            encoders,
+            readings.imu,
+            laser=readings.laser,
+            objects=tuple(seen for shot in taken.values() for seen in shot.objects),
+        )
+        return row, message
 
-    def _take_pictures(self, step: int, time_s: float) -> None:
-        """Send off the pictures of the cameras that fire at this step; each arrives when its latency has passed."""
-        pose = self._simulation.pose3_world_robot()
-        for mount in self._plan.scenario.rig.cameras:
-            if step % mount.period_steps == 0:
-                picture = self._renderer.picture(mount.name, pose)
-                self._pictures[mount.name].put(time_s, (time_s, picture))
+    def _take_pictures(self, step: int, time_s: float, motion: Motion) -> None:
+        """Let the cameras fire whose turn it is; their pictures arrive when their latency has passed."""
+        rig, pose = self._plan.scenario.rig, self._simulation.pose3_world_robot()
+        due = [mount.name for mount in rig.cameras if step % mount.period_steps == 0]
+        if due:
+            self._renderer.place(self._simulation.body_poses(), self._simulation.torn_tapes())
+        for name in due:
+            picture = self._renderer.picture(name, pose, time_s=time_s, motion=motion)
+            names_objects = rig.semantic is not None and rig.semantic.camera == name
+            objects = self._renderer.objects_in_view(name, pose) if names_objects else ()
+            self._shots[name].put(time_s, Shot(time_s=time_s, picture=picture, objects=objects))
 
-    def _arrived(self, time_s: float) -> dict[str, tuple[float, bytes]]:
-        """Return the newest picture (its time, JPEG) of each camera from which one arrived since the last step."""
-        arrived = {name: delivery.take(time_s) for name, delivery in self._pictures.items()}
-        return {name: pictures[-1] for name, pictures in arrived.items() if pictures}
+    def _arrived(self, time_s: float) -> dict[str, Shot]:
+        """Return the newest shot of each camera from which one arrived since the last step."""
+        arrived = {name: delivery.take(time_s) for name, delivery in self._shots.items()}
+        return {name: shots[-1] for name, shots in arrived.items() if shots}
 
     def _answer(self) -> Drive:
         """Take the agent's answer to the observation before, queue its command, and return it for the log."""
