@@ -7,17 +7,18 @@ import shapely
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2
-from adc_bench.world.arena import ArenaSpec, Tunnel, tunnel_solids
+from adc_bench.world.arena import ArenaSpec, Tunnel, road_centre, tunnel_solids
 from adc_bench.world.course import Course
 from adc_bench.world.footprints import extents
 from adc_bench.world.layout import BoxPlace, Layout, Place, Works
 from adc_bench.world.works import BOX_SIZE_M, blocked_by, layout_bodies
 
 Array = NDArray[np.float64]
-EAST_LOOP, WEST_LOOP = 1, 4  # the lap's pieces
+LOOPS = (1, 4)  # the lap's pieces along the +x and the -x loop
 
 TUNNEL_LENGTH_M = (2.0, 4.0)
-TUNNEL_GAP_M = 0.30  # from a tunnel to whatever else stands
+TUNNEL_GAP_M = 0.15  # from a tunnel to whatever else stands
+SECTION_M = 0.05
 BEFORE_CROSSWALK_M = (1.0, 3.0)  # where a tunnel over the crosswalk or its approach begins
 
 BOX_APART_M = 3.0  # between the middles of two boxes
@@ -39,14 +40,39 @@ PARKED_FROM_LINE_M = 0.393  # from the bay's dashed line to the boxes' middles, 
 
 
 def draw_loop_tunnel(course: Course, taken: shapely.Geometry, rng: np.random.Generator) -> Tunnel:
-    """Draw a tunnel over a part of one of the two loops."""
+    """Draw a tunnel over a part of one of the two loops, clear of what is taken."""
+    free = {piece: _free_sections(course, piece, taken) for piece in LOOPS}
     while True:
-        piece = int(rng.choice([EAST_LOOP, WEST_LOOP]))
         length_m = float(rng.uniform(*TUNNEL_LENGTH_M))
-        start_m = float(course.lap.knots_m[piece] + rng.uniform(0.0, course.lap.pieces[piece].length_m - length_m))
-        tunnel = Tunnel(start_s_m=start_m, length_m=length_m)
-        if tunnel_floor(course, tunnel).distance(taken) > TUNNEL_GAP_M:
-            return tunnel
+        starts = [(piece, k) for piece in LOOPS for k in _free_starts(free[piece], length_m)]
+        if starts:
+            piece, section = starts[int(rng.integers(len(starts)))]
+            share = (section + float(rng.uniform(0.0, 1.0))) * SECTION_M / _middle_m(course, piece)
+            start_m = course.lap.knots_m[piece] + share * course.lap.pieces[piece].length_m
+            return Tunnel(start_s_m=float(start_m), length_m=length_m)
+
+
+def _middle_m(course: Course, piece: int) -> float:
+    """Return the length of the road's middle along a piece of the lap."""
+    return road_centre(course).pieces[piece].length_m
+
+
+def _free_sections(course: Course, piece: int, taken: shapely.Geometry) -> NDArray[np.bool_]:
+    """Return for cuts across the road, `SECTION_M` apart along a loop, whether a tunnel's hoop could stand there."""
+    middle = road_centre(course)
+    stations = middle.poses(middle.knots_m[piece] + np.arange(0.0, middle.pieces[piece].length_m, SECTION_M))
+    across = (ArenaSpec().tunnel_clear_half_width_m + TUNNEL_GAP_M) * np.stack(
+        [-np.sin(stations[:, 2]), np.cos(stations[:, 2])], axis=1
+    )
+    hoops = shapely.linestrings(np.stack([stations[:, :2] - across, stations[:, :2] + across], axis=1))
+    free: NDArray[np.bool_] = shapely.distance(hoops, taken) > TUNNEL_GAP_M
+    return free
+
+
+def _free_starts(free: NDArray[np.bool_], length_m: float) -> list[int]:
+    """Return the sections from which a tunnel of this length finds all sections free."""
+    count = math.ceil(length_m / SECTION_M) + 2
+    return [k for k in range(len(free) - count + 1) if free[k : k + count].all()]
 
 
 def draw_crosswalk_tunnel(course: Course, rng: np.random.Generator) -> Tunnel:
