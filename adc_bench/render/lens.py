@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import Camera
 from adc_bench.render.motion_blur import Flow
 
-TAP_STEP_PX, TAPS_MAX = 2.5, 10
+TAP_STEP, TAPS_MAX = 1 / 128, 10  # of the picture's width between two taps of a blur: 2.5 px of 320
 Picture = NDArray[np.uint8]
 
 
@@ -48,7 +48,7 @@ class Warp:
         """
         source, shift = self._source[:, flow.rows], flow.shift_px[:, flow.rows]
         _, height, width = source.shape
-        taps = min(TAPS_MAX, math.ceil(flow.longest_px / TAP_STEP_PX) + 1)
+        taps = min(TAPS_MAX, math.ceil(flow.longest_px / (TAP_STEP * width)) + 1)
         total = np.zeros((height, width * 4), np.float32)
         for k in range(taps):
             time = (k + 0.5) / taps - 0.5

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from adc_bench.errors import UsageError
 from adc_bench.geometry import Pose2, Pose3
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.arena import Tunnel
 from adc_bench.world.categories import CATEGORY_ID, PANEL_SIGNS
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SemanticCameraSpec, SensorRig
 
 Make = Callable[..., Scenario]
 OVER_EAST_LOOP = Tunnel(start_s_m=8.0, length_m=4.0)
@@ -107,7 +109,7 @@ DIGEST = """
 import hashlib
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.look import LookFamily, draw_look
-from adc_bench.world.robot import RobotParams, draw_robot_truth
+from adc_bench.world.robot import Motion, RobotParams, draw_robot_truth
 from adc_bench.world.sensors import SensorRig
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.streams import stream
@@ -117,7 +119,9 @@ scenario = Scenario(name="x", seed=4, look=draw_look(family, stream(4, "look"), 
 renderer = ArenaRenderer(SensorRig())
 renderer.load(scenario)
 pose = scenario.course.lap.pose(39.0).to_pose3()
-print(hashlib.sha256(renderer.picture("road", pose) + renderer.picture("panel", pose)).hexdigest())
+motion = Motion(v_mps=1.0, omega_radps=1.5)
+files = [renderer.picture(name, pose, time_s=0.05 * k, motion=motion) for k in range(2) for name in ("road", "panel")]
+print(hashlib.sha256(b"".join(files) + renderer.frame(3, "road", pose, motion=motion).jpeg).hexdigest())
 """
 
 
@@ -176,6 +180,23 @@ def test_reloading_scenarios_does_not_grow_the_process(renderer: ArenaRenderer, 
             renderer.raw("road", at(3.0, scenario))
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
-    load(24)
-    before = load(8)
-    assert load(40) - before < 40_000  # kB
+    load(16)
+    before = load(4)
+    assert load(16) - before < 20_000  # kB
+
+
+def test_objects_in_view_need_a_semantic_camera(renderer: ArenaRenderer, scenario_of: Make) -> None:
+    scenario = scenario_of("normal")
+    renderer.load(scenario)
+    with pytest.raises(UsageError, match="no semantic camera"):
+        renderer.objects_in_view("road", at(38.6, scenario))
+
+
+def test_objects_in_view_lie_where_the_arena_put_them(scenario_of: Make) -> None:
+    renderer, scenario = ArenaRenderer(SensorRig(semantic=SemanticCameraSpec())), scenario_of("normal")
+    renderer.load(scenario)
+    pose = at(38.6, scenario)
+    (seen,) = renderer.objects_in_view("road", pose)
+    assert (seen.category, seen.instance) == ("crosswalk", "crosswalk")
+    middle = pose.inverse().transform([[0.0, scenario.course.crosswalk_corners[:, 1].mean(), 0.0]])[0]
+    assert np.allclose([seen.pose_robot_object.x_m, seen.pose_robot_object.y_m], middle[:2], atol=1e-9)
