@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import sapien
@@ -12,13 +11,11 @@ from adc_bench.api import SeenObject
 from adc_bench.errors import UsageError
 from adc_bench.geometry import Camera, Pose2, Pose3
 from adc_bench.render.driver import choose_software_driver
-from adc_bench.render.exposure import Metered, exposure_for, follow, seen_floor, settled, shutter_and_gain, way_back
+from adc_bench.render.exposure import Metered, exposure_for, follow, seen_floor, settled, way_back
 from adc_bench.render.labels import labels_of
-from adc_bench.render.light import white_of
-from adc_bench.render.motion_blur import Flow, MotionBlur
+from adc_bench.render.rig_camera import RigCamera, Taken, white_gains
 from adc_bench.render.scene import FastScene
 from adc_bench.render.semantic import objects_in_view
-from adc_bench.render.sensor import Sensor
 from adc_bench.render.targets import Target
 from adc_bench.render.view import View, use_arena_pack
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
@@ -26,30 +23,11 @@ from adc_bench.world.categories import PanelSign
 from adc_bench.world.frame import Conditions, Frame
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
-from adc_bench.world.sensors import CameraMount, Imaging, SensorRig
+from adc_bench.world.sensors import Imaging, SensorRig
 from adc_bench.world.streams import stream
 
 STILL = Motion()
 FREE_IMAGING = Imaging()  # whose white balance the camera of `look_from` has
-
-
-class RigCamera:
-    """One camera of the rig: its view of the scene, its motion blur, its sensor."""
-
-    def __init__(self, scene: sapien.Scene, mount: CameraMount) -> None:
-        self.mount, self.view = mount, View(scene, mount.camera())
-        self.blur = MotionBlur(self.view.camera, self.view.pinhole)
-        self.sensor = Sensor(mount)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Taken:
-    """A delivered picture and how it came about."""
-
-    file: bytes
-    exposure: float
-    shutter_s: float
-    flow: Flow | None
 
 
 class ArenaRenderer:
@@ -62,7 +40,9 @@ class ArenaRenderer:
         self.rig = rig
         self._system = sapien.render.RenderSystem()
         self._scene = sapien.Scene([self._system])
-        self._cameras: Mapping[str, RigCamera] = {mount.name: RigCamera(self._scene, mount) for mount in rig.cameras}
+        self._cameras: Mapping[str, RigCamera] = {
+            mount.name: RigCamera(View(self._scene, mount.camera()), mount) for mount in rig.cameras
+        }
         self._static: FastScene | None = None
         self._free: View | None = None
 
@@ -119,22 +99,18 @@ class ArenaRenderer:
         colour = self.exposed(camera_name, pose_world_robot, self.exposure(pose_world_robot))
         return colour, self._cameras[camera_name].view.label_ids()
 
-    def picture(
-        self, camera_name: str, pose_world_robot: Pose3, *, time_s: float | None = None, motion: Motion = STILL
-    ) -> bytes:
-        """Return the delivered file of a drive's picture at mid-exposure `time_s`.
+    def picture(self, camera_name: str, pose_world_robot: Pose3, *, time_s: float, motion: Motion = STILL) -> bytes:
+        """Return the delivered file of a drive's picture at mid-exposure `time_s`, when the robot has this motion.
 
         The n-th of a scenario's camera always has the same noise. The camera's exposure follows from picture to
-        picture; without a time, it has settled.
+        picture; the first has settled.
         """
         camera, wanted = self._cameras[camera_name], self.exposure(pose_world_robot)
-        if time_s is not None:
-            before, lag_s = self._metered.get(camera_name), camera.mount.imaging.exposure_lag_s
-            self._metered[camera_name] = now = follow(before, wanted, time_s, lag_s)
-            wanted = now.exposure
+        lag_s = camera.mount.imaging.exposure_lag_s
+        now = self._metered[camera_name] = follow(self._metered.get(camera_name), wanted, time_s, lag_s)
         index = self._taken[camera_name]
         self._taken[camera_name] += 1
-        return self._take(camera, index, pose_world_robot, wanted, motion).file
+        return self._take(camera, index, pose_world_robot, now.exposure, motion).file
 
     def frame(self, index: int, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> Frame:
         """Return the delivered picture with its truth; noise is drawn by the frame's index.
@@ -163,7 +139,7 @@ class ArenaRenderer:
                 illuminance_lux=look.illuminance_lux,
                 exposure=taken.exposure,
                 shutter_s=taken.shutter_s,
-                blur_px=taken.flow.mean_px if taken.flow else 0.0,
+                blur_px=taken.blur_px,
                 in_tunnel=self._in_tunnel(pose_camera.translation_m[:2]),
             ),
         )
@@ -182,10 +158,8 @@ class ArenaRenderer:
                 wanted="SensorRig(semantic=SemanticCameraSpec(...))",
                 todo="load the arena with such a rig, or look for objects in the pictures",
             )
-        self._draw(self._cameras[camera_name], pose_world_robot, 1.0)
-        labels = labels_of(
-            view.label_ids(), self.targets, view.camera, self.pose_world_camera(camera_name, pose_world_robot)
-        )
+        pose_world_camera = self._draw(self._cameras[camera_name], pose_world_robot, 1.0)
+        labels = labels_of(view.label_ids(), self.targets, view.camera, pose_world_camera)
         return objects_in_view(labels, self.targets, pose_world_robot, spec.range_max_m)
 
     def look_from(
@@ -203,7 +177,7 @@ class ArenaRenderer:
         exposure = exposure_for(self._scenario.look, self._arena.floor_irradiance(floor))
         if pose_world_robot:
             self._arena.place_robot(pose_world_robot, visible=True)
-        self._free.take(pose_world_camera, exposure * self._white_gains(FREE_IMAGING))
+        self._free.take(pose_world_camera, exposure * white_gains(self._scenario.look, FREE_IMAGING))
         rgb = np.ascontiguousarray(self._free.colour()[..., :3])
         if pose_world_robot:
             self._arena.place_robot(pose_world_robot)
@@ -216,25 +190,17 @@ class ArenaRenderer:
         assert now
         return now.exposure
 
-    def _draw(self, camera: RigCamera, pose_world_robot: Pose3, exposure: float) -> None:
+    def _draw(self, camera: RigCamera, pose_world_robot: Pose3, exposure: float) -> Pose3:
+        """Draw the scene with the robot there; return where the camera is."""
         self._arena.place_robot(pose_world_robot)
-        pose = self.pose_world_camera(camera.mount.name, pose_world_robot)
-        camera.view.take(pose, exposure * self._white_gains(camera.mount.imaging))
-
-    def _white_gains(self, imaging: Imaging) -> NDArray[np.float64]:
-        """Return the gains (3,) by which a camera takes its share of the lamps' colour out."""
-        gains: NDArray[np.float64] = white_of(self._scenario.look.colour_temperature_k) ** -imaging.white_balance
-        return gains
+        pose_world_camera = self.pose_world_camera(camera.mount.name, pose_world_robot)
+        camera.expose(pose_world_camera, self._scenario.look, exposure)
+        return pose_world_camera
 
     def _take(self, camera: RigCamera, index: int, pose_world_robot: Pose3, exposure: float, motion: Motion) -> Taken:
-        mount = camera.mount
-        shutter_s, gain = shutter_and_gain(exposure, mount.imaging)
-        self._draw(camera, pose_world_robot, exposure)
-        pose_camera = self.pose_world_camera(mount.name, pose_world_robot)
-        flow = camera.blur.flow(pose_world_robot, pose_camera, motion, shutter_s)
-        noise = stream(self._scenario.seed, "noise", mount.name, index)
-        picture = camera.sensor.develop(camera.view.colour(flow), gain, noise)
-        return Taken(file=camera.sensor.encode(picture), exposure=exposure, shutter_s=shutter_s, flow=flow)
+        pose_world_camera = self._draw(camera, pose_world_robot, exposure)
+        noise = stream(self._scenario.seed, "noise", camera.mount.name, index)
+        return camera.develop((pose_world_robot, pose_world_camera), exposure, motion, noise)
 
     def _in_tunnel(self, point_world: NDArray[np.float64]) -> bool:
         scenario = self._scenario
