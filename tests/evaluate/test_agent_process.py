@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from made_runs import MakeSubmission
 
-from adc_bench.api import EncoderSamples, ImuSamples
+from adc_bench.api import EncoderSamples, ImuSamples, LaserScan, SeenObject
 from adc_bench.errors import InputError
 from adc_bench.evaluate.ending import Reason
 from adc_bench.evaluate.isolation import AgentFailedError, AgentProcess
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.submission import Submission
 from adc_bench.evaluate.suite import load_suite, mission_for
-from adc_bench.evaluate.wire import Answer, Sense, sense
+from adc_bench.evaluate.wire import Answer, Sense, observation, sense
+from adc_bench.geometry import Pose2
 
 MISSION = mission_for(load_suite("dev"), latency_s=0.0, options={})
 
@@ -28,6 +29,23 @@ def made_sense(step: int) -> Sense:
     encoders = EncoderSamples(time_s=time_s, left_ticks=np.array([step]), right_ticks=np.array([step]))
     imu = ImuSamples(time_s=time_s, yaw_rate_radps=np.zeros(1), acceleration_x_mps2=np.zeros(1))
     return sense(step, step * 0.05, {"road": (step * 0.05, jpeg)}, encoders, imu)
+
+
+SCAN = LaserScan(time_s=0.1, ranges_m=np.random.default_rng(1).uniform(0.06, 3.0, size=338))
+SEEN = SeenObject(category="crosswalk", instance="crosswalk", pose_robot_object=Pose2(x_m=0.65, y_m=0.4, yaw_rad=0.0))
+
+
+def test_scan_and_objects_pass_the_wire_to_the_last_bit() -> None:
+    message = msgspec.structs.replace(made_sense(2), objects=(SEEN,))
+    assert observation(message).laser is None
+    encoders = EncoderSamples(time_s=np.zeros(0), left_ticks=np.zeros(0, np.int64), right_ticks=np.zeros(0, np.int64))
+    imu = ImuSamples(time_s=np.zeros(0), yaw_rate_radps=np.zeros(0), acceleration_x_mps2=np.zeros(0))
+    sent = sense(2, 0.1, {}, encoders, imu, laser=SCAN, objects=(SEEN,))
+    back = observation(msgspec.msgpack.decode(msgspec.msgpack.encode(sent), type=Sense))
+    assert back.laser is not None and back.laser.time_s == 0.1
+    assert back.laser.ranges_m.tobytes() == SCAN.ranges_m.tobytes()
+    assert back.laser.ranges_m.dtype == np.float64
+    assert back.objects == (SEEN,)
 
 
 def talk(submission: Submission, rules: Rules, log: Path, steps: int = 10) -> list[Answer]:

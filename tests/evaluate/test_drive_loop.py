@@ -16,7 +16,7 @@ from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.run import evaluate_submission, plan_for, rescore, software
 from adc_bench.evaluate.score import score
 from adc_bench.evaluate.submission import Submission
-from adc_bench.evaluate.suite import Suite, rules_id
+from adc_bench.evaluate.suite import Suite, rules_for, rules_id
 from adc_bench.render import ArenaRenderer
 
 
@@ -86,6 +86,40 @@ def test_the_log_tells_the_run(
     assert episode.localization is not None
     assert episode.localization.dead_reckoning_max_m < 0.05
     assert episode.distance_m == pytest.approx(run.rows[-1].truth.x_m - run.rows[0].truth.x_m, abs=0.01)
+
+
+def counts(run: Driven) -> np.ndarray:
+    """What arrived at each step: times of road picture, panel picture and scan (-1: none), and what was in them."""
+    return np.array([row.answer.covariance for row in run.rows if row.answer and row.answer.covariance])
+
+
+def test_scans_and_pictures_arrive_in_their_turn(
+    submission_of: MakeSubmission, short_suite: Suite, renderer: ArenaRenderer, hurried: Rules, tmp_path: Path
+) -> None:
+    told = counts(driven(submission_of("Counts"), short_suite, renderer, hurried, tmp_path / "log"))
+    times = 0.05 * np.arange(len(told))
+    assert told[:, 0] == pytest.approx(times)
+    assert told[:, 1] == pytest.approx(np.where(np.arange(len(told)) % 4 == 0, times, -1.0))
+    assert told[:, 2] == pytest.approx(np.where(np.arange(len(told)) % 2 == 0, times, -1.0))
+    assert set(told[::2, 4]) == {338.0}
+    assert (told[:, 5] == 0).all(), "no semantic camera"
+
+
+def test_late_cameras_and_objects_in_view(
+    submission_of: MakeSubmission, short_suite: Suite, hurried: Rules, tmp_path: Path
+) -> None:
+    """The road camera is 0.12 s late: three steps. Its objects come with its pictures."""
+    replace, rig = msgspec.structs.replace, hurried.rig
+    cameras = (replace(rig.camera("road"), latency_s=0.12), rig.camera("panel"))
+    rules = replace(hurried, rig=replace(rig, cameras=cameras))
+    suite = replace(short_suite, semantic_camera=True, ranked=False)
+    with_semantic = ArenaRenderer(rules_for(suite, rules).rig)
+    told = counts(driven(submission_of("Counts"), suite, with_semantic, rules, tmp_path / "log"))
+    steps = np.arange(len(told))
+    assert told[:, 0] == pytest.approx(np.where(steps < 3, -1.0, 0.05 * (steps - 3)))
+    assert told[:, 1] == pytest.approx(np.where(steps % 4 == 0, 0.05 * steps, -1.0))
+    assert (told[:3, 5] == 0).all() and (told[3:, 5] >= 1).all()
+    assert told[3:, 6] == pytest.approx(-rules.start_x_m, abs=0.02), "the crosswalk is ahead"
 
 
 def test_a_folder_is_the_same_twice_resumes_and_rescores(

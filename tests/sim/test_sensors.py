@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from adc_bench.api import EncoderSamples, ImuSamples
 from adc_bench.geometry import Pose2
-from adc_bench.sim import Simulation
+from adc_bench.sim import Delivery, Simulation
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import ImuSpec
 
@@ -132,3 +132,57 @@ def test_seeds_give_other_errors(nominal: Scenario, start: Pose2) -> None:
     assert (imu.acceleration_x_mps2 != imu2.acceleration_x_mps2).all()
     assert (encoders.left_ticks != encoders2.left_ticks).any()  # another phase
     assert np.abs(encoders.left_ticks - encoders2.left_ticks).max() <= 1
+
+
+def late(scenario: Scenario, encoders_s: float, imu_s: float, laser_s: float) -> Scenario:
+    replace, rig = msgspec.structs.replace, scenario.rig
+    assert rig.laser is not None
+    return replace(
+        scenario,
+        rig=replace(
+            rig,
+            encoders=replace(rig.encoders, latency_s=encoders_s),
+            imu=replace(rig.imu, latency_s=imu_s),
+            laser=replace(rig.laser, latency_s=laser_s),
+        ),
+    )
+
+
+def test_late_samples_are_the_same_ones_at_the_first_step_after_their_latency(drawn: Draw, start: Pose2) -> None:
+    arena, latencies_s = drawn(14), (0.03, 0.007, 0.12)
+    prompt, slow = Simulation(arena, start), Simulation(late(arena, *latencies_s), start)
+    taken: list[list[tuple[float, bytes]]] = [[], [], []]
+    arrived: list[list[tuple[float, float, bytes]]] = [[], [], []]
+    for k in range(40):
+        for sim, told in ((prompt, taken), (slow, arrived)):
+            readings = sim.read_sensors()
+            e, i, scan = readings.encoders, readings.imu, readings.laser
+            rows = [
+                list(zip(e.time_s, np.stack([e.left_ticks, e.right_ticks], axis=1), strict=True)),
+                list(zip(i.time_s, np.stack([i.yaw_rate_radps, i.acceleration_x_mps2], axis=1), strict=True)),
+                [(scan.time_s, scan.ranges_m)] if scan else [],
+            ]
+            for kind, samples in enumerate(rows):
+                told[kind] += [
+                    (time_s, values.tobytes()) if sim is prompt else (sim.time_s, time_s, values.tobytes())
+                    for time_s, values in samples
+                ]
+            sim.advance(1.0, 0.4 * math.sin(0.2 * k))
+    for kind, latency_s in enumerate(latencies_s):
+        assert [row[1:] for row in arrived[kind]] == taken[kind][: len(arrived[kind])]
+        assert len(taken[kind]) - len(arrived[kind]) <= latency_s * 100 + 1
+        for now_s, time_s, _ in arrived[kind]:
+            first_step = math.ceil((time_s + latency_s) * 20 - 1e-6)
+            assert now_s == pytest.approx(first_step / 20), (kind, time_s)
+
+
+def test_a_delivery_keeps_the_order_and_hands_out_once() -> None:
+    delivery: Delivery[str] = Delivery(0.1)
+    delivery.put(0.0, "a")
+    delivery.put(0.05, "b")
+    delivery.put(0.2, "c")
+    assert delivery.take(0.05) == []
+    assert delivery.take(0.15) == ["a", "b"]
+    assert delivery.take(0.29) == []
+    assert delivery.take(0.1 + 0.2) == ["c"], "rounding does not hold a sample up"
+    assert delivery.take(9.0) == []
