@@ -134,12 +134,14 @@ def _turned(direction_rad: float, step: Array, p: LineParams) -> float:
 
 def _middle_in_window(paint: Paint, centre: Array, direction_rad: float, p: LineParams) -> Array | None:
     """Return the mean of the paint in the window, or None where there is little or it is too wide for a line."""
-    points = paint.near(float(centre[0]), math.hypot(p.window_length_m / 2, p.window_half_width_m))
+    reach_m = math.hypot(p.window_length_m / 2, p.window_half_width_m)
+    points = paint.near(float(centre[0]), float(centre[1]), reach_m)
     delta = points - centre
     c, s = math.cos(direction_rad), math.sin(direction_rad)
     along, across = delta @ (c, s), delta @ (-s, c)
     inside = (np.abs(along) < p.window_length_m / 2) & (np.abs(across) < p.window_half_width_m)
-    if np.count_nonzero(inside) < p.window_points or across[inside].std() > p.line_sd_m:
+    count, across = np.count_nonzero(inside), across[inside]
+    if count < p.window_points or across @ across / count - (across.sum() / count) ** 2 > p.line_sd_m**2:
         return None
-    middle: Array = points[inside].mean(axis=0)
+    middle: Array = points[inside].sum(axis=0) / count
     return middle

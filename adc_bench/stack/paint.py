@@ -1,7 +1,7 @@
 """White paint on the floor, found in the bird's-eye picture whatever the light level."""
 
+import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import cv2
 import numpy as np
@@ -19,6 +19,7 @@ class PaintParams:
     widest_m: float = 0.15
     smallest_contrast_levels: float = 5.0
     share_of_brightest: float = 0.45
+    share_of_room: float = 0.65  # between the floor and white
     brightest_quantile: float = 0.985
     noise_factor: float = 6.0
     border_cells: int = 3
@@ -27,24 +28,21 @@ class PaintParams:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Paint:
     """Paint in one floor picture: `mask` (rows, columns) bool, `contrast` (rows, columns) in units of the local
-    floor's brightness, and the marked cells' floor points (n, 2) in the robot frame.
+    floor's brightness.
     """
 
     region: FloorRegion
     mask: NDArray[np.bool_]
     contrast: NDArray[np.float32]
-    points_robot: Array
 
-    @cached_property
-    def _row_starts(self) -> NDArray[np.intp]:
-        return np.concatenate([[0], np.cumsum(np.count_nonzero(self.mask, axis=1))])
-
-    def near(self, x_m: float, reach_m: float) -> Array:
-        """Return the points whose x is within `reach_m` of `x_m`, to a cell: points lie in the order of their rows."""
-        last = self.region.shape[0]
-        top, bottom = ((self.region.x_far_m - x_m + side * reach_m) / self.region.cell_m for side in (-1, 1))
-        starts = self._row_starts
-        return self.points_robot[starts[min(max(int(top), 0), last)] : starts[min(max(int(bottom) + 1, 0), last)]]
+    def near(self, x_m: float, y_m: float, reach_m: float) -> Array:
+        """Return the points (n, 2) at most `reach_m` from x and from y, to a cell."""
+        r, reach = self.region, reach_m / self.region.cell_m
+        row, column = (r.x_far_m - x_m) / r.cell_m - 0.5, (r.half_width_m - y_m) / r.cell_m - 0.5
+        top, left = max(math.ceil(row - reach), 0), max(math.ceil(column - reach), 0)
+        bottom, right = max(math.floor(row + reach) + 1, 0), max(math.floor(column + reach) + 1, 0)
+        rows, columns = np.nonzero(self.mask[top:bottom, left:right])
+        return r.points(np.stack([columns + left, rows + top], axis=1))
 
 
 def find_paint(birds_eye: BirdsEye, rgb: NDArray[np.uint8], params: PaintParams | None = None) -> Paint:
@@ -63,9 +61,7 @@ def find_paint(birds_eye: BirdsEye, rgb: NDArray[np.uint8], params: PaintParams 
     contrast = np.asarray(excess / (floor + p.smallest_contrast_levels), dtype=np.float32)
     mask = excess > _threshold_levels(contrast, floor, birds_eye.seen, p)
     mask &= inner_cells(birds_eye.seen, p.border_cells)
-    rows, columns = np.nonzero(mask)
-    points = birds_eye.region.points(np.stack([columns, rows], axis=1))
-    return Paint(region=birds_eye.region, mask=mask, contrast=contrast, points_robot=points)
+    return Paint(region=birds_eye.region, mask=mask, contrast=contrast)
 
 
 def inner_cells(seen: NDArray[np.bool_], border_cells: int) -> NDArray[np.bool_]:
@@ -79,12 +75,12 @@ def _threshold_levels(
 ) -> NDArray[np.float32]:
     """Return by how much a mark must outshine the floor (rows, columns), in levels.
 
-    A share of what the brightest marks would do on this cell's floor, where white ends at 255: an over-exposed floor
-    leaves a mark little room. But never what noise alone reaches.
+    A share of what the brightest marks do, less where the floor is over-exposed and leaves a mark little room below
+    white (255), but never what noise alone reaches.
     """
     values = contrast[::2, ::2][seen[::2, ::2]]
     median, brightest = (float(value) for value in np.quantile(values, [0.5, p.brightest_quantile]))
     noise = median + p.noise_factor * 1.4826 * float(np.median(np.abs(values - median)))
     scale = floor + p.smallest_contrast_levels
-    mark = p.share_of_brightest * np.minimum(brightest * scale, 255.0 - floor)
+    mark = np.minimum(p.share_of_brightest * brightest * scale, p.share_of_room * (255.0 - floor))
     return np.asarray(np.maximum(np.maximum(mark, noise * scale), p.smallest_contrast_levels), dtype=np.float32)

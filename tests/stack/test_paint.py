@@ -82,11 +82,12 @@ def test_the_lights_edge_is_no_mark(birds_eye: BirdsEye, far_light: float) -> No
     assert find_paint(birds_eye, bare).mask.mean() < 0.002
 
 
-def test_near_returns_the_points_of_a_band(birds_eye: BirdsEye) -> None:
+def test_near_returns_the_points_of_a_square(birds_eye: BirdsEye) -> None:
     paint = find_paint(birds_eye, look(Course().lap.pose(3.0), mount=birds_eye.mount))
-    band = paint.near(1.2, 0.1)
-    x = paint.points_robot[:, 0]
-    wanted = paint.points_robot[np.abs(x - 1.2) <= 0.1]
-    assert len(wanted) <= len(band) <= np.count_nonzero(np.abs(x - 1.2) <= 0.12)
-    assert {tuple(p) for p in wanted} <= {tuple(p) for p in band}
-    assert len(paint.near(9.0, 0.1)) == 0
+    rows, columns = np.nonzero(paint.mask)
+    every = paint.region.points(np.stack([columns, rows], axis=1))
+    for x_m, y_m, reach_m in ((1.2, -0.38, 0.1), (1.5, 0.3871, 0.123), (0.52, 0.0, 0.4), (2.9, 1.25, 0.3)):
+        wanted = every[(np.abs(every - (x_m, y_m)) <= reach_m).all(axis=1)]
+        np.testing.assert_array_equal(paint.near(x_m, y_m, reach_m), wanted)
+    for x_m, y_m in ((9.0, 0.0), (-9.0, 0.0), (1.0, 9.0), (1.0, -9.0)):
+        assert paint.near(x_m, y_m, 0.1).shape == (0, 2)
