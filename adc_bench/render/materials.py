@@ -60,6 +60,17 @@ def lit(albedo: NDArray[np.uint8], light: Light) -> Light:
     return np.asarray(light * (albedo.astype(np.float32) / np.float32(255)), np.float32)
 
 
+def floor_material(
+    part: Part, light: sapien.render.RenderTexture2D, mirror: sapien.render.RenderTexture2D
+) -> sapien.render.RenderMaterial:
+    """Return the material of a part of the floor: the robot's shadow falls on it, and the hall shows in it."""
+    material = material_of(part, light)
+    material.set_transmission(1.0)
+    material.set_specular(part.gloss)
+    material.set_roughness_texture(mirror)
+    return material
+
+
 def material_of(part: Part, light: sapien.render.RenderTexture2D | None) -> sapien.render.RenderMaterial:
     """Return a part's material, its light in a texture already (none for one that glows)."""
     albedo = part.albedo

@@ -13,14 +13,17 @@ from adc_bench.geometry import ROTATION_BODY_OPTICAL, Pose3
 from adc_bench.render.arena_parts import ArenaParts, screen_part
 from adc_bench.render.materials import (
     baked_material,
+    floor_material,
     light_texture,
     lit,
     material_of,
     texture_of,
 )
 from adc_bench.render.meshes import Mesh, Samples
+from adc_bench.render.mirror import hall_mirror
 from adc_bench.render.moving import Moving, lit_pose, moving_bodies, moving_robot, same_pose, tape_part
 from adc_bench.render.parts import Light, Painted
+from adc_bench.render.scene_numbers import SceneNumbers
 from adc_bench.render.targets import Target, targets_of
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.scenario import Scenario
@@ -62,6 +65,7 @@ class FastScene:
         self._body_entities: dict[str, sapien.Entity] = {}
         self._tape_entities: dict[str, sapien.Entity] = {}
         self._floor_light = [light_texture(floor.picture) for floor in self._arena.floors]
+        self._numbers = SceneNumbers(scene, self._arena.lighting)
         self._add_standing()
         for body in self._bodies.values():
             self._add_body(body)
@@ -73,6 +77,7 @@ class FastScene:
         """Take everything out of the scene."""
         for entity in (*self._entities, *self._tape_entities.values()):
             self._scene.remove_entity(entity)
+        self._numbers.remove()
         self._entities.clear()
         self._tape_entities.clear()
 
@@ -95,6 +100,7 @@ class FastScene:
 
     def place_robot(self, pose_world_robot: Pose3, *, visible: bool = False) -> None:
         """Put the robot where it is: its shadow, and the robot itself where a camera may see it."""
+        self._numbers.place_robot(pose_world_robot)
         self._robot.set_pose(body_pose(pose_world_robot) if visible else FAR_AWAY)
 
     @property
@@ -120,9 +126,10 @@ class FastScene:
     def _add_standing(self) -> None:
         parts = list(self._arena.standing())
         light = self._light_of([part.samples for part in parts])
+        mirror = light_texture(hall_mirror(self._arena.lighting))
         for part, picture in zip(parts, light, strict=True):
             if part.floor:
-                material = material_of(part, self._floor_light[part.name == "hall_floor"])
+                material = floor_material(part, self._floor_light[part.name == "hall_floor"], mirror)
             elif picture is not None and isinstance(part.albedo, Painted) and part.albedo.key is None:
                 material = baked_material(light_texture(lit(part.albedo.picture(), picture)), part.label_id)
             else:

@@ -1,5 +1,5 @@
 #version 450
-// One pass: positions and texture coordinates through, nothing else.
+// One pass: the place in the world and texture coordinates through, nothing else.
 
 layout(set = 0, binding = 0) uniform CameraBuffer {
   mat4 viewMatrix;
@@ -27,9 +27,11 @@ layout(location = 3) in vec3 tangent;
 layout(location = 4) in vec3 bitangent;
 
 layout(location = 0) out vec2 outUV;
+layout(location = 1) out vec2 outWorld;
 
 void main() {
   outUV = uv;
-  gl_Position = cameraBuffer.projectionMatrix *
-                (cameraBuffer.viewMatrix * (objectTransformBuffer.modelMatrix * vec4(position, 1)));
+  vec4 world = objectTransformBuffer.modelMatrix * vec4(position, 1);
+  outWorld = world.xy;
+  gl_Position = cameraBuffer.projectionMatrix * (cameraBuffer.viewMatrix * world);
 }
