@@ -12,9 +12,9 @@ from adc_bench.render.parts import Light
 from adc_bench.render.textures import WALL_KINDS
 
 SIDE = 96
-BLUR_TEXELS = 1.5
+BLUR_TEXELS = 2.0
 WALL_SECOND_SHARE = 0.3  # of a wall's second colour, about
-WINDOW_RADIANCE, WINDOW_WIDTH_RAD, WINDOW_LOW_M, WINDOW_HIGH_M = 7.0, 0.16, 1.2, 3.6
+WINDOW_RADIANCE, WINDOW_WIDTH_RAD, WINDOW_LOW_M, WINDOW_HIGH_M = 4.0, 0.10, 1.2, 3.4
 
 
 def hall_mirror(lighting: Lighting) -> Light:

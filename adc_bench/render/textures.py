@@ -4,6 +4,7 @@ The floor's second colour is the paint of the lines, rasterised from the course'
 blue = where the paint wears off, alpha = where dust and scuffs lie.
 """
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 
@@ -20,6 +21,7 @@ Rgb = tuple[float, float, float]
 TwoTone = NDArray[np.uint8]
 METRES_PER_TEXEL_COURSE = 0.005
 METRES_PER_TEXEL_HALL = 0.02
+METRES_PER_TEXEL_DUST = 0.04
 
 
 class FloorKind(msgspec.Struct, frozen=True, kw_only=True):
@@ -113,7 +115,7 @@ def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec) -> TwoTone:
     mask = paint_mask(spec)
     tone = _floor_tone(kind, mask.shape, METRES_PER_TEXEL_COURSE, rng)
     wear = _wear(mask.shape, METRES_PER_TEXEL_COURSE, stream(seed, "wear"))
-    dust = _dust(mask.shape, METRES_PER_TEXEL_COURSE, stream(seed, "dust"))
+    dust = _dust(mask.shape, course_bounds(spec), seed)
     return np.asarray(cv2.merge([tone, mask, wear, dust]), np.uint8)
 
 
@@ -122,7 +124,7 @@ def hall_texture(kind: FloorKind, seed: int, length_m: float, width_m: float) ->
     shape = (round(width_m / METRES_PER_TEXEL_HALL), round(length_m / METRES_PER_TEXEL_HALL))
     tone = _floor_tone(kind, shape, METRES_PER_TEXEL_HALL, stream(seed, "hall"))
     none = np.zeros(shape, np.uint8)
-    dust = _dust(shape, METRES_PER_TEXEL_HALL, stream(seed, "hall dust"))
+    dust = _dust(shape, (-length_m / 2, -width_m / 2, length_m / 2, width_m / 2), seed)
     return np.asarray(cv2.merge([tone, none, none, dust]), np.uint8)
 
 
@@ -137,15 +139,31 @@ def _wear(shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Genera
     return _refined(255 * np.clip(worn, 0, 1), shape)
 
 
-def _dust(shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Return where dust and light scuffs lie: faint clouds, and strokes of shoes and wheels."""
-    coarse = _coarse(shape)
-    texel = metres_per_texel * COARSE
-    dust = 0.10 + 0.08 * _blotches(coarse, 0.5, texel, rng) + 0.06 * _blotches(coarse, 2.0, texel, rng)
-    scuffs = np.zeros(coarse, np.uint8)
-    _draw_strokes(scuffs, 150, (0.05, 0.5), 0.012 / texel, texel, rng)
+def _dust(shape: tuple[int, ...], bounds: tuple[float, float, float, float], seed: int) -> NDArray[np.uint8]:
+    """Return where dust and light scuffs lie within bounds (x0, y0, x1, y1): one field for the whole hall."""
+    field, (reach_x, reach_y) = _dust_field(seed), DUST_REACH_M
+    x0, _, x1, y1 = bounds
+    per_texel = (x1 - x0) / shape[1] / METRES_PER_TEXEL_DUST
+    left, top = (x0 + reach_x) / METRES_PER_TEXEL_DUST, (reach_y - y1) / METRES_PER_TEXEL_DUST
+    middle = 0.5 * per_texel - 0.5  # of the first texel, in the field's
+    place = np.array([[per_texel, 0, left + middle], [0, per_texel, top + middle]])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpAffine(field, place, (shape[1], shape[0]), flags=flags), np.uint8)
+
+
+DUST_REACH_M = (12.0, 8.0)
+
+
+@lru_cache(maxsize=2)
+def _dust_field(seed: int) -> NDArray[np.uint8]:
+    """Return dust over the hall and some more: faint clouds, and strokes of shoes and wheels."""
+    rng, texel = stream(seed, "dust"), METRES_PER_TEXEL_DUST
+    shape = (round(2 * DUST_REACH_M[1] / texel), round(2 * DUST_REACH_M[0] / texel))
+    dust = 0.10 + 0.06 * _blotches(shape, 0.5, texel, rng) + 0.05 * _blotches(shape, 2.0, texel, rng)
+    scuffs = np.zeros(shape, np.uint8)
+    _draw_strokes(scuffs, 300, (0.05, 0.6), 1.0, texel, rng)
     dust += 0.30 * cv2.GaussianBlur(scuffs, (0, 0), 0.6).astype(np.float32) / 255
-    return _refined(255 * np.clip(dust, 0, 1), shape)
+    return np.asarray(np.clip(255 * dust, 0, 255), np.uint8)
 
 
 def _draw_strokes(
@@ -181,10 +199,11 @@ def _floor_tone(
     streaks = rng.standard_normal((rows, max(2, columns // 64))).astype(np.float32)
     slow += kind.streak * cv2.resize(cv2.GaussianBlur(streaks, (1, 3), 0.7), (columns, rows))
     grain = np.frombuffer(rng.bytes(height * width), np.uint8).reshape(height, width)
-    gain = kind.grain * 128 / 74  # 74: the standard deviation of a uniform byte
+    finer = METRES_PER_TEXEL_COURSE / metres_per_texel
+    gain = math.sqrt(finer) * kind.grain * 128 / 74  # 74: the standard deviation of a uniform byte
     tone = cv2.addWeighted(_refined(128 * (1 + slow), shape), 1.0, grain, gain, -127.5 * gain)
     if kind.speckle:
-        tone[grain < 256 * kind.speckle] = 240
+        tone[grain < 256 * kind.speckle] = 128 + 112 * finer
     return np.asarray(tone, np.uint8)
 
 

@@ -65,13 +65,13 @@ SECOND_TURN_RAD = (math.radians(70), math.radians(170))
 FLOOR_GLOSS: Mapping[str, tuple[float, float]] = {
     "black_carpet": (0.0, 0.0),
     "grey_carpet": (0.0, 0.0),
-    "charcoal_vinyl": (0.25, 0.9),
-    "worn_vinyl": (0.15, 0.6),
+    "charcoal_vinyl": (0.15, 0.6),
+    "worn_vinyl": (0.1, 0.45),
     "rubber_mat": (0.05, 0.25),
     "speckled_rubber": (0.1, 0.35),
     "felt": (0.0, 0.0),
-    "painted_board": (0.2, 0.7),
-    "scuffed_linoleum": (0.25, 0.8),
+    "painted_board": (0.1, 0.5),
+    "scuffed_linoleum": (0.15, 0.55),
 }
 FLOOR_TEXTURES = tuple(FLOOR_GLOSS)
 WALL_TEXTURES = (
