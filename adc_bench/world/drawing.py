@@ -25,7 +25,7 @@ BOX_APART_M = 3.0  # between the middles of two boxes
 BOX_GAP_M = 0.60  # from a box to whatever else stands
 BOX_LATERAL_SD_M, BOX_TURN_SD_RAD = 0.03, math.radians(3)
 PASSING_M = 0.40  # from a free lane's centre to the next box
-START_ZONE_X_M = (-2.5, 1.5)  # of the start straight: no box stands there
+START_ZONE_X_M = (-2.2, 1.2)  # of the start straight: no box stands there
 
 CONES = ((6, 3), (5, 4))  # of the outer and the inner row; nine, as in both published works
 CONE_SPACING_M = (1.10, 1.30)
@@ -35,7 +35,7 @@ WORKS_FROM_RAD, WORKS_TO_RAD = math.radians(-80), math.radians(155)  # of a loop
 CONE_SD_M = 0.02
 
 PARKED_GAP_M = (0.80, 0.95)  # between two boxes in the parallel bay; published: 0.85
-PARKED_SD_M, PARKED_TURN_SD_RAD = 0.02, math.radians(2)
+PARKED_ASIDE_M, PARKED_TURN_RAD = 0.03, math.radians(2)
 PARKED_FROM_LINE_M = 0.393  # from the bay's dashed line to the boxes' middles, as published
 
 
@@ -119,7 +119,8 @@ def _draw_box(course: Course, lane: str, rng: np.random.Generator) -> BoxPlace:
 
 def _box_fits(course: Course, box: BoxPlace, others: list[BoxPlace], taken: shapely.Geometry) -> bool:
     low, high = START_ZONE_X_M
-    if low < box.x_m < high and abs(box.y_m + course.spec.radius_centre_m) < 1.2:
+    start_zone = shapely.box(low, -course.spec.radius_outer_m, high, -course.spec.radius_inner_m)
+    if box_floor(box).intersects(start_zone):
         return False
     if any(math.hypot(box.x_m - other.x_m, box.y_m - other.y_m) < BOX_APART_M for other in others):
         return False
@@ -210,6 +211,6 @@ def draw_parked(course: Course, rng: np.random.Generator) -> tuple[BoxPlace, ...
         boxes += [Pose2(x_m=middle_m + side * apart_m, y_m=y_m, yaw_rad=0.0) for side in (-1, 1)]
     if which != 0:
         place = bay[int(rng.integers(len(bay)))].pose
-        aside_m, turn_rad = PARKED_SD_M * rng.standard_normal(), PARKED_TURN_SD_RAD * rng.standard_normal()
+        aside_m, turn_rad = rng.uniform(-1.0, 1.0, 2) * (PARKED_ASIDE_M, PARKED_TURN_RAD)
         boxes.append(place @ Pose2(x_m=0.0, y_m=float(aside_m), yaw_rad=float(turn_rad)))
     return tuple(BoxPlace(x_m=pose.x_m, y_m=pose.y_m, yaw_rad=pose.yaw_rad) for pose in boxes)
