@@ -44,11 +44,11 @@ def arena(number: int, sensor_rig: SensorRig) -> Scenario:
     boxes = [*(_beside(lap, s_m + rng.uniform(-0.5, 0.5), beside_m) for s_m in (28.0, 31.0, 34.0)), PARKED]
     layout = Layout(
         name="everything",
-        tunnel=Tunnel(start_s_m=float(rng.uniform(9.9, 10.6)), length_m=float(rng.uniform(2.0, 2.6))),
+        tunnel=Tunnel(start_s_m=float(rng.uniform(9.9, 10.3)), length_m=float(rng.uniform(2.0, 2.4))),
         boxes=tuple(BoxPlace(x_m=x_m, y_m=y_m) for x_m, y_m in boxes),
         works=Works(
-            left=tuple(_beside(lap, 21.9 + 0.9 * k, 0.6) for k in range(5)),
-            right=tuple(_beside(lap, 22.35 + 0.9 * k, -0.6) for k in range(4)),
+            left=tuple(_beside(lap, 1.9 + 0.8 * k, 0.6) for k in range(5)),
+            right=tuple(_beside(lap, 2.3 + 0.8 * k, -0.6) for k in range(4)),
         ),
         signs=True,
     )

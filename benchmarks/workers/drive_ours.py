@@ -14,7 +14,7 @@ from adc_bench.sim import Simulation
 from adc_bench.world.robot import Motion
 
 SPEED_MPS, AHEAD_M = 1.0, 0.35
-START_S_M = 2.0
+START_S_M = 0.9
 
 
 class Drive:
