@@ -15,7 +15,7 @@ from adc_bench.world.layout import Layout
 from adc_bench.world.scenario import Scenario, arena_solids
 from adc_bench.world.sensors import CameraMount, SensorRig
 from adc_bench.world.solids import Body, Solid
-from adc_bench.world.works import CORRIDOR_WIDTH_M, blocked_by, layout_bodies
+from adc_bench.world.works import CORRIDOR_WIDTH_M, blocked_by, is_swapped, layout_bodies
 
 Value = TypeVar("Value")
 
@@ -86,8 +86,8 @@ def _check_layout(layout: Layout, course: Course, where: str) -> None:
         if len(row) < CONES_MIN:
             raise InputError(
                 where=where,
-                found=f"{key} has {len(row)} cones",
-                wanted=f"at least {CONES_MIN} in each row",
+                found=f"{len(row)} in {key}",
+                wanted=f"at least {CONES_MIN} cones in each row",
                 todo="add cones, or remove the road-works",
             )
 
@@ -127,6 +127,13 @@ def _check_things(
             found=f"overlapping: {_listed([f'{a} and {b}' for a, b in overlaps])}",
             wanted="things that keep clear of each other",
             todo="move one of each pair",
+        )
+    if layout.works and is_swapped(layout.works):
+        raise InputError(
+            where=where,
+            found="works.left lies to the right of works.right in driving order",
+            wanted="both rows in driving order, left and right as the driver sees them",
+            todo="swap the rows, or turn both round",
         )
     blocked = blocked_by(layout.works, things) if layout.works else ()
     if blocked:

@@ -110,6 +110,11 @@ def _rows(works: Works | None) -> tuple[tuple[tuple[str, Place], ...], ...]:
     return tuple(tuple((f"cone_{side}_{k}", place) for k, place in enumerate(row)) for side, row in rows)
 
 
+def is_swapped(works: Works) -> bool:
+    """Return whether the left row lies to the right of the right one in driving order."""
+    return bool(shapely.is_ccw(shapely.LinearRing([*works.left, *reversed(works.right)])))
+
+
 def blocked_by(works: Works, things: Extents) -> tuple[str, ...]:
     """Return the names of what blocks the corridor; nothing if a disc `CORRIDOR_WIDTH_M` wide gets through.
 
@@ -118,6 +123,8 @@ def blocked_by(works: Works, things: Extents) -> tuple[str, ...]:
     """
     left, right = np.array(works.left), np.array(works.right)
     corridor = shapely.Polygon(np.concatenate([left, right[::-1]]))
+    if not corridor.is_valid:  # the rows cross
+        return _nearest_cones(works)
     low = (things.low[:, 2] < ROBOT_HEIGHT_M) & (things.low[:, :2] < corridor.bounds[2:]).all(axis=1)
     low &= (things.high[:, :2] > corridor.bounds[:2]).all(axis=1)
     footprints = {int(k): things.footprint(int(k)) for k in np.flatnonzero(low)}
