@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.render.meshes import Mesh, Patch, Samples, joined, patches
+from adc_bench.render.meshes import TEXELS_MAX, Mesh, Patch, Samples, joined, patches
 from adc_bench.world.solids import Solid
 
 WIDTH_TEXELS = 256  # at most
@@ -42,8 +43,8 @@ class Atlas:
         index = np.zeros((height, width), np.int32)
         meshes, first = [], 0
         for patch, (h, w), (row, column) in zip(of_all, shapes, corners, strict=True):
-            texels = np.arange(first, first + h * w, dtype=np.int32).reshape(h, w)
-            index[row : row + h + 2, column : column + w + 2] = np.pad(texels, 1, mode="edge")
+            rows, columns = _bordered(h), _bordered(w)
+            index[row : row + h + 2, column : column + w + 2] = first + w * rows[:, None] + columns
             u0, v0 = (column + 1) / width, (row + 1) / height
             meshes.append(patch.mesh.within((u0, v0, u0 + w / width, v0 + h / height)))
             first += h * w
@@ -59,6 +60,12 @@ class Atlas:
             ),
             albedo=rgba[index],
         )
+
+
+@lru_cache(maxsize=TEXELS_MAX)
+def _bordered(count: int) -> NDArray[np.int32]:
+    """Return 0, 0, 1, .. count - 1, count - 1."""
+    return np.array([0, *range(count), count - 1], np.int32)
 
 
 def _shelves(shapes: Sequence[tuple[int, int]]) -> tuple[list[tuple[int, int]], tuple[int, int]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose3
 from adc_bench.render.light import CORNERS, LAMP_SIZE_M, Lighting, flood_rays, lamp
-from adc_bench.render.shadows import outline_points, shadow_outlines
+from adc_bench.render.shadows import outline_points, shadow_points
 from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
@@ -85,10 +85,10 @@ class FloorLight:
         row = np.clip(texels[:, 1], 0, height - 1).astype(int)
         return np.asarray(self.picture[row, column, :3], np.float64)
 
-    def _texels(self, outline: Array) -> NDArray[np.int32]:
-        """Return an outline (m, 2) in 1/16 texels for cv2, whose pixel centres are at whole numbers."""
-        texels = (outline - self._origin) * self._scale - 0.5
-        return np.round(texels * 2**SUBTEXEL_BITS).astype(np.int32)
+    def _outlines(self, points: Array) -> list[NDArray[np.int32]]:
+        """Return hulls (m, 1, 2) of point sets (k, n, 2), in 1/16 texels for cv2: pixel centres at whole numbers."""
+        texels = (points - self._origin) * self._scale - 0.5
+        return [np.asarray(cv2.convexHull(p)) for p in np.rint(texels * 2**SUBTEXEL_BITS).astype(np.int32)]
 
     def _bake_static(self, solids: Iterable[Solid]) -> None:
         solids = [solid for solid in solids if solid.kind not in ("wall", "poster")]
@@ -97,7 +97,7 @@ class FloorLight:
         for solid in solids:
             # what the tunnel takes from the lamps is in the openness
             lights = self._lights[:floods] if solid.kind == "tunnel" else self._lights
-            outlines.append([self._texels(o) for o in shadow_outlines(outline_points(solid), lights)])
+            outlines.append(self._outlines(shadow_points(outline_points(solid), lights)))
         for ray in range(len(self._lights)):
             mask = np.zeros(self._sky.shape, np.uint8)
             for of_solid in outlines:
@@ -114,9 +114,9 @@ class FloorLight:
         lights = self._lights if lights is None else lights
         points = [outline_points(part, pose) for part in parts]
         reach_m = 4 * max(_contact_reach_m(p) for p in points)
-        outlines = [[self._texels(outline) for outline in shadow_outlines(p, lights)] for p in points]
-        feet = [self._texels(np.asarray(cv2.convexHull(p[:, :2].astype(np.float32))[:, 0], np.float64)) for p in points]
-        every = np.concatenate([*feet, *(o for of_part in outlines for o in of_part)]) >> SUBTEXEL_BITS
+        outlines = [self._outlines(shadow_points(p, lights)) for p in points]
+        feet = [self._outlines(p[None, :, :2])[0] for p in points]
+        every = np.concatenate([*feet, *(o for of_part in outlines for o in of_part)])[:, 0] >> SUBTEXEL_BITS
         margin = int(reach_m * self._scale[0]) + 2
         (c0, r0), (c1, r1) = every.min(axis=0) - margin, every.max(axis=0) + margin + 1
         shift = np.array([c0, r0], np.int32) << SUBTEXEL_BITS

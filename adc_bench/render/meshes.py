@@ -97,7 +97,7 @@ class Patch:
 
     def texels(self, texel_m: float) -> tuple[int, int]:
         """Return the light picture's shape (h, w) at about this texel size."""
-        h, w = (int(np.clip(math.ceil(size / texel_m), 1, TEXELS_MAX)) for size in self.size_m)
+        h, w = (min(max(math.ceil(size / texel_m), 1), TEXELS_MAX) for size in self.size_m)
         return h, w
 
     def samples(self, texel_m: float) -> "Samples":
@@ -110,8 +110,8 @@ class Patch:
     def texel_centres(self, shape: tuple[int, int]) -> tuple[Array, Array]:
         """Return points (h w, 3) and normals (h w, 3) at the texels' centres."""
         height, width = shape
-        v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
-        return self.at(u.ravel(), v.ravel())
+        u, v = (np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height
+        return self.at(np.tile(u, height), np.repeat(v, width))
 
 
 def patches(solid: Solid) -> Iterator[Patch]:

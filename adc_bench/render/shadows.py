@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,11 +87,11 @@ def outline_points(solid: Solid, pose_world_body: Pose3 | None = None) -> Array:
     return points
 
 
-def shadow_outlines(points: Array, lights: Array) -> list[Array]:
-    """Return the outline (m, 2) of the shadow on the floor in each light.
+def shadow_points(points: Array, lights: Array) -> Array:
+    """Return the shadows of points on the floor (k, n, 2), one set in each light.
 
     Args:
-        points: (n, 3), their convex hull casts the shadow.
+        points: (n, 3), not below the floor.
         lights: (k, 4) homogeneous: a lamp's place with a 1, or the direction towards a far light with a 0.
     """
     height = points[None, :, 2]
@@ -100,5 +99,5 @@ def shadow_outlines(points: Array, lights: Array) -> list[Array]:
     # along the ray from the light through the point, down to the floor
     run = np.where(far, height / np.where(far, lights[:, 2:3], 1.0), height / (lights[:, 2:3] - height))
     level = lights[:, None, :2] - lights[:, None, 3:] * points[None, :, :2]
-    floor = points[None, :, :2] - run[:, :, None] * level
-    return [np.asarray(cv2.convexHull(outline)[:, 0], np.float64) for outline in floor.astype(np.float32)]
+    shadows: Array = points[None, :, :2] - run[:, :, None] * level
+    return shadows
