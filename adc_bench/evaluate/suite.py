@@ -8,6 +8,7 @@ from adc_bench.api import Mission
 from adc_bench.errors import InputError
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.geometry import Pose2
+from adc_bench.world.checks import check_start
 from adc_bench.world.course import COURSE_SETS, Course, CourseName, CourseSpec
 from adc_bench.world.layout import Layout
 from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
@@ -117,7 +118,7 @@ def scenario_for(suite: Suite, seed: int, rules: Rules = RULES) -> Scenario:
         InputError: the suite's layout is unknown or broken, or the arena cannot be.
     """
     levels, own = suite.looks.light_levels, rules_for(suite, rules)
-    return set_up(
+    scenario = set_up(
         name=suite.scenario_name(seed),
         seed=seed,
         look=draw_look(suite.looks, stream(seed, "look"), levels[suite.seeds.index(seed) % len(levels)]),
@@ -128,6 +129,12 @@ def scenario_for(suite: Suite, seed: int, rules: Rules = RULES) -> Scenario:
         robot=own.robot,
         rig=own.rig,
     )
+    check_start(scenario, _start_pose(own), f"the arena {scenario.name}")
+    return scenario
+
+
+def _start_pose(rules: Rules) -> Pose2:
+    return Pose2(x_m=rules.start_x_m, y_m=-rules.course.lane_outer_radius_m, yaw_rad=0.0)
 
 
 def _layout(suite: Suite, seed: int, course: CourseSpec) -> Layout:
@@ -143,14 +150,13 @@ def start_step(suite: Suite, seed: int, rules: Rules = RULES) -> int:
 def mission_for(suite: Suite, *, latency_s: float, options: dict[str, str], rules: Rules = RULES) -> Mission:
     """Return what a submission is told; the same for every seed."""
     own = rules_for(suite, rules)
-    start = Pose2(x_m=rules.start_x_m, y_m=-own.course.lane_outer_radius_m, yaw_rad=0.0)
     return Mission(
         name=suite.name,
         laps=suite.laps,
         time_limit_s=suite.time_limit_s,
         control_period_s=rules.control_period_s,
         latency_s=latency_s,
-        start_pose=start,
+        start_pose=_start_pose(own),
         course=own.course,
         robot=own.robot,
         rig=own.rig,

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from adc_bench.errors import InputError
+from adc_bench.geometry import Pose2
 from adc_bench.world.arena import ArenaSpec, Tunnel
 from adc_bench.world.course import Course
 from adc_bench.world.footprints import Extents, extents
@@ -47,6 +48,26 @@ def check_layout(layout: Layout, where: str) -> None:
     course, arena = Course(), ArenaSpec()
     _check_layout(layout, course, where)
     _check_things(layout, arena_solids(arena, course, layout), layout_bodies(layout), arena, where)
+
+
+def check_start(scenario: Scenario, start: Pose2, where: str) -> None:
+    """Check that the robot has room where it starts.
+
+    Raises:
+        InputError: something stands there; it is named.
+    """
+    things, robot = extents(scenario.solids, scenario.bodies), scenario.robot
+    half = np.array([robot.length_m, robot.width_m]) / 2
+    body = shapely.Polygon(start.transform(half * [(1, 1), (-1, 1), (-1, -1), (1, -1)]))
+    low = np.flatnonzero(things.low[:, 2] < max(robot.height_m, *(mount.z_m for mount in scenario.rig.cameras)))
+    met = _once([things.owner[k] for k in low if body.intersects(things.footprint(int(k)))])
+    if met:
+        raise InputError(
+            where=where,
+            found=f"overlapping: the robot at its start and {_listed(met)}",
+            wanted=f"free floor at ({start.x_m:.2f}, {start.y_m:.2f})",
+            todo="move it away",
+        )
 
 
 def _check_rig(rig: SensorRig, where: str) -> None:

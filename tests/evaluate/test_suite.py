@@ -6,8 +6,10 @@ import pytest
 from adc_bench.dataset.split import load_split
 from adc_bench.errors import InputError
 from adc_bench.evaluate.rules import RULES
-from adc_bench.evaluate.suite import Suite, load_suite, mission_for, rules_id, scenario_for, start_step
+from adc_bench.evaluate.suite import Suite, load_suite, mission_for, rules_for, rules_id, scenario_for, start_step
+from adc_bench.world.course import COURSE_SETS
 from adc_bench.world.records import find_record, known_records
+from adc_bench.world.robot import ROBOTS
 
 D1 = load_suite("d1")
 
@@ -78,6 +80,9 @@ def test_a_suite_of_ones_own_is_loaded_by_its_path(tmp_path: Path) -> None:
         ("[1.0, 5.0]", "[5.0, 1.0]", "start_delay_s = [5.0, 1.0]"),
         ("7001, 7002", "7001, 7001", "a seed twice"),
         ("180.0", "-1.0", "time_limit_s = -1.0"),
+        ("laps = 2", "laps = 2\nsemantic_camera = true", "semantic_camera = true in a ranked suite"),
+        ("laps = 2", 'laps = 2\ncourse = "c"', "Invalid enum value 'c' - at `$.course`"),
+        ("laps = 2", 'laps = 2\nrobot = "segway"', "Invalid enum value 'segway' - at `$.robot`"),
     ],
 )
 def test_what_is_wrong_with_a_suite_is_told(tmp_path: Path, old: str, new: str, found: str) -> None:
@@ -85,6 +90,44 @@ def test_what_is_wrong_with_a_suite_is_told(tmp_path: Path, old: str, new: str, 
         load_suite(changed(tmp_path, old, new))
     assert caught.value.found == found
     assert caught.value.where.endswith("mine.toml")
+
+
+def test_an_unknown_layout_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        load_suite(changed(tmp_path, "laps = 2", 'laps = 2\nlayout = "d9"'))
+    assert caught.value.where == "layout 'd9'" and "d3_v1" in caught.value.wanted
+
+
+def test_a_box_at_the_start_is_refused_by_name(tmp_path: Path) -> None:
+    layout = tmp_path / "layout.toml"
+    layout.write_text('name = "mine"\n[[boxes]]\nx_m = -0.5\ny_m = -2.6\n')
+    with pytest.raises(InputError) as caught:
+        load_suite(changed(tmp_path, "laps = 2", f'laps = 2\nlayout = "{layout}"'))
+    assert caught.value.found == "overlapping: the robot at its start and box_0"
+
+
+def test_a_suite_names_its_layout_robot_course_and_semantic_camera() -> None:
+    fields = {"layout": "d3_v2", "robot": "conde", "course": "b", "semantic_camera": True, "ranked": False}
+    suite = msgspec.structs.replace(D1, **fields)
+    rules, scenario = rules_for(suite), scenario_for(suite, D1.seeds[0])
+    mission = mission_for(suite, latency_s=0.0, options={})
+    assert len(scenario.layout.boxes) == 2 and scenario.rig.semantic
+    for holder in (rules, mission, scenario):
+        assert holder.robot == ROBOTS["conde"]
+    assert rules.course == mission.course == scenario.course_spec == COURSE_SETS["b"]
+    assert mission.start_pose.y_m == pytest.approx(-2.75)
+    assert rules_for(D1) == RULES and scenario_for(D1, D1.seeds[0]).furniture
+    ids = {rules_id(msgspec.structs.replace(D1, **{key: value})).sha256 for key, value in fields.items()}
+    assert len(ids) == 5 and rules_id(D1).sha256 not in ids
+
+
+def test_what_a_layout_file_holds_is_in_the_digest(tmp_path: Path) -> None:
+    digests = set()
+    for x_m in (2.0, 2.5):
+        layout = tmp_path / "layout.toml"
+        layout.write_text(f'name = "mine"\n[[boxes]]\nx_m = {x_m}\ny_m = -2.6\n')
+        digests.add(rules_id(msgspec.structs.replace(D1, layout=str(layout))).sha256)
+    assert len(digests) == 2
 
 
 def test_a_suite_is_a_record() -> None:
