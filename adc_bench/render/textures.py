@@ -20,6 +20,7 @@ from adc_bench.world.streams import stream
 Rgb = tuple[float, float, float]
 TwoTone = NDArray[np.uint8]
 METRES_PER_TEXEL_COURSE = 0.005
+PAINT_MARGIN_M, FLOOR_GRID_M = 0.2, 0.05  # the grid: whole texels of paint and of light
 METRES_PER_TEXEL_HALL = 0.02
 METRES_PER_TEXEL_DUST = 0.04
 
@@ -83,10 +84,13 @@ WALL_KINDS: Mapping[str, WallKind] = {
 }
 
 
+@lru_cache(maxsize=2)
 def course_bounds(spec: CourseSpec) -> tuple[float, float, float, float]:
-    """Return x0, y0, x1, y1 in metres of the floor that carries paint, with a margin."""
-    reach = spec.loop_centre_x_m + spec.radius_outer_m + 0.25
-    return -reach, -spec.radius_outer_m - spec.bulge_depth_m - 0.25, reach, spec.radius_outer_m + 0.25
+    """Return x0, y0, x1, y1 in metres of the floor that carries paint, with a margin, on the texels' grid."""
+    x0, y0, x1, y1 = shapely.union_all(Course(spec=spec).paint).bounds
+    low = [math.floor((side - PAINT_MARGIN_M) / FLOOR_GRID_M) * FLOOR_GRID_M for side in (x0, y0)]
+    high = [math.ceil((side + PAINT_MARGIN_M) / FLOOR_GRID_M) * FLOOR_GRID_M for side in (x1, y1)]
+    return low[0], low[1], high[0], high[1]
 
 
 @lru_cache(maxsize=2)
