@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import Camera
 from adc_bench.render.motion_blur import Flow
 
-TAP_STEP, TAPS_MAX = 1 / 128, 10  # of the picture's width between two taps of a blur: 2.5 px of 320
+TAP_STEP, TAPS_MAX = 1 / 160, 12  # of the width between two taps of a blur: 2 px of 320
 Picture = NDArray[np.uint8]
 
 

@@ -42,8 +42,8 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
     light_level: str
     illuminance_lux: float
     exposure: float
-    shutter_s: float = 0.0
-    blur_px: float = 0.0
+    shutter_s: float
+    blur_px: float
     in_tunnel: bool
 
 

@@ -33,7 +33,14 @@ class Labels:
     def conditions(self, index: int) -> Conditions:
         level = self.levels[index % len(self.levels)]
         return Conditions(
-            scenario="s", look_id="l", light_level=level, illuminance_lux=1.0, exposure=1.0, in_tunnel=index == 0
+            scenario="s",
+            look_id="l",
+            light_level=level,
+            illuminance_lux=1.0,
+            exposure=1.0,
+            shutter_s=0.01,
+            blur_px=0.0,
+            in_tunnel=index == 0,
         )
 
 
