@@ -80,7 +80,7 @@ class SeenObject(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Observation:
-    """What the sensors delivered up to `time_s`; `pictures` holds the cameras that fired at this step.
+    """What the sensors delivered up to `time_s`; `pictures` holds what arrived from the cameras.
 
     `laser` is the newest scan that became due at this step, None if none did; `objects` is what the rig's semantic
     camera has in view, empty without one.
