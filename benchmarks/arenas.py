@@ -6,17 +6,16 @@ from itertools import cycle
 import msgspec
 import numpy as np
 
-from adc_bench.geometry import Path, Pose2, Pose3, rotation_zyx
+from adc_bench.geometry import Path, Pose3
 from adc_bench.world.arena import ArenaSpec, Tunnel
 from adc_bench.world.categories import PANEL_SIGNS
 from adc_bench.world.course import Course
-from adc_bench.world.furnishing import draw_furniture
 from adc_bench.world.layout import BoxPlace, Layout, Place, Works
 from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
-from adc_bench.world.robot import RobotParams, draw_robot_truth
+from adc_bench.world.robot import RobotParams
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import CameraMount, Lens, SensorRig
-from adc_bench.world.signs import draw_signs
+from adc_bench.world.setup import set_up
 from adc_bench.world.streams import stream
 
 STOPS = 24  # poses round the lap
@@ -52,16 +51,15 @@ def arena(number: int, sensor_rig: SensorRig) -> Scenario:
         ),
         signs=True,
     )
-    signs = draw_signs(course.spec, rng)
-    return Scenario(
+    return set_up(
         name=f"everything-{number}",
         seed=number,
         look=draw_look(ALL_LOOKS, rng),
-        robot_truth=draw_robot_truth(RobotParams(), rng),
         panel_sign=PANEL_SIGNS[number % len(PANEL_SIGNS)],
         layout=layout,
-        signs=signs,
-        furniture=draw_furniture(ArenaSpec(), course, layout, signs, rng),
+        course=course.spec,
+        arena=ArenaSpec(),
+        robot=RobotParams(),
         rig=sensor_rig,
     )
 
@@ -74,9 +72,4 @@ def _beside(lap: Path, s_m: float, left_m: float) -> Place:
 def stops(scenario: Scenario) -> Iterator[Pose3]:
     """Yield the robot's poses round the lap, again and again."""
     lap = scenario.course.lap
-    return cycle([on_floor(lap.pose(s_m)) for s_m in np.arange(STOPS) * lap.length_m / STOPS])
-
-
-def on_floor(pose: Pose2) -> Pose3:
-    """Return the pose in space of an upright robot."""
-    return Pose3(rotation=rotation_zyx(pose.yaw_rad, 0.0, 0.0), translation_m=np.array([pose.x_m, pose.y_m, 0.0]))
+    return cycle([lap.pose(s_m).to_pose3() for s_m in np.arange(STOPS) * lap.length_m / STOPS])

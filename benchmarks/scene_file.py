@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from arenas import STOPS, stops
 
-from adc_bench.geometry import Pose3, rotation_zyx
+from adc_bench.geometry import Pose3
 from adc_bench.render.textures import course_bounds, paint_mask
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import CameraMount
@@ -24,11 +24,7 @@ def write_scene(scenario: Scenario, mount: CameraMount, folder: Path) -> None:
     cv2.imwrite(str(folder / "floor.png"), _floor(scenario))
     shapes = [_shape(solid, solid.pose_world_solid()) for solid in scenario.solids]
     for body in scenario.bodies:
-        place = Pose3(
-            rotation=rotation_zyx(body.pose.yaw_rad, 0.0, 0.0),
-            translation_m=np.array([body.pose.x_m, body.pose.y_m, 0.0]),
-        )
-        shapes += [_shape(part, place @ part.pose_world_solid()) for part in body.parts]
+        shapes += [_shape(part, body.pose.to_pose3() @ part.pose_world_solid()) for part in body.parts]
     cameras = [pose @ mount.pose_robot_camera() for pose in islice(stops(scenario), STOPS)]
     scene = {
         "hall_m": [spec.hall_half_length_m, spec.hall_half_width_m, spec.hall_height_m],

@@ -1,9 +1,13 @@
 #!/bin/sh
-# Runs every measurement in benchmarks/, one after the other, and prints the README's figures.
+# Runs every measurement in benchmarks/, one after the other, and prints the README's figures; about half an hour on
+# two cores, which should have nothing else to do. The peers' environments are made first (PEERS=no leaves them out).
 set -eu
 cd "$(dirname "$0")/.."
-for benchmark in benchmarks/*.py; do
+[ "${PEERS:-yes}" = no ] || sh scripts/peers.sh
+
+for benchmark in renderers qualities switches closed_loop memory render drive odometry detector; do
   echo
   echo "## $benchmark"
-  .venv/bin/python "$benchmark"
+  echo
+  .venv/bin/python "benchmarks/$benchmark.py"
 done
