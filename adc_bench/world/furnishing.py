@@ -21,7 +21,7 @@ from adc_bench.world.layout import Layout
 from adc_bench.world.parking import bay_paint
 from adc_bench.world.signs import VerticalSign
 
-COUNTS: dict[FurnitureKind, tuple[int, int]] = {"cabinet": (4, 8), "poster": (5, 10), "person": (4, 8), "chair": (3, 6)}
+COUNTS: dict[FurnitureKind, tuple[int, int]] = {"cabinet": (4, 8), "poster": (5, 10), "person": (5, 9), "chair": (3, 6)}
 VARIANTS: dict[FurnitureKind, int] = {
     "cabinet": len(CABINETS),
     "poster": len(POSTERS),

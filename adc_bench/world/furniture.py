@@ -16,6 +16,7 @@ Albedo = tuple[float, float, float]
 
 CHAIR_MASS_KG, CHAIR_FRICTION = 4.0, 0.4
 POSTER_THICKNESS_M = 0.02
+NECK_M = 0.07
 # (length x: front to back, width y, height) and albedo of each variant.
 CABINETS: tuple[tuple[Size, Albedo], ...] = (
     ((0.45, 0.80, 1.80), (0.55, 0.56, 0.58)),
@@ -98,11 +99,11 @@ def _poster(piece: Furniture) -> tuple[Solid, ...]:
 
 def _person(piece: Furniture) -> tuple[Solid, ...]:
     height_m, legs, torso = PEOPLE[piece.variant % len(PEOPLE)]
-    hip, neck = 0.48 * height_m, 0.82 * height_m
-    head_m = height_m - neck - 0.03
+    hip, neck = 0.48 * height_m, 0.83 * height_m
+    chin = neck + NECK_M
     skin = SKIN[piece.variant % len(SKIN)]
     if piece.variant % 2:
-        lower = [_part(piece, "skirt", (0.0, 0.0, 0.6 * hip), (0.42, 0.42, 1.2 * hip), legs, "cone")]
+        lower = [_part(piece, "skirt", (0.0, 0.0, 0.8 * hip), (0.44, 0.44, 1.6 * hip), legs, "cone")]
     else:
         lower = [
             _part(piece, f"leg_{side}", (0.0, y, hip / 2), (0.15, 0.15, hip), legs, "cylinder")
@@ -112,8 +113,8 @@ def _person(piece: Furniture) -> tuple[Solid, ...]:
         _part(piece, "torso", (0.0, 0.0, (hip + neck) / 2), (0.24, 0.36, neck - hip), torso),
         _part(piece, "arm_left", (0.0, 0.23, (hip + neck) / 2), (0.09, 0.09, neck - hip), torso, "cylinder"),
         _part(piece, "arm_right", (0.0, -0.23, (hip + neck) / 2), (0.09, 0.09, neck - hip), torso, "cylinder"),
-        _part(piece, "neck", (0.0, 0.0, neck + 0.015), (0.10, 0.10, 0.03), skin, "cylinder"),
-        _part(piece, "head", (0.0, 0.0, neck + 0.03 + head_m / 2), (0.19, 0.17, head_m), skin, "cylinder"),
+        _part(piece, "neck", (0.0, 0.0, neck + NECK_M / 2), (0.11, 0.11, NECK_M), skin, "cylinder"),
+        _part(piece, "head", (0.0, 0.0, (chin + height_m) / 2), (0.19, 0.16, height_m - chin), skin, "cylinder"),
     ]
     return (*lower, *upper)
 
