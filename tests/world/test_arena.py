@@ -1,5 +1,6 @@
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -8,7 +9,7 @@ from adc_bench.world.categories import CATEGORIES, CATEGORY_ID, PANEL_SIGNS
 from adc_bench.world.course import Course
 from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_LEVELS, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
 from adc_bench.world.robot import RobotParams, draw_robot_truth
-from adc_bench.world.sensors import SensorRig
+from adc_bench.world.sensors import CameraMount, Lens, SensorRig
 from adc_bench.world.streams import stream
 
 COURSE, SPEC = Course(), ArenaSpec()
@@ -86,12 +87,18 @@ def test_true_robots_scatter_as_the_rules_say() -> None:
 
 
 def test_the_road_camera_sees_from_0_48_m_ahead_to_the_horizon() -> None:
+    """As a pinhole; its lens shows a little more."""
     mount = SensorRig().camera("road")
-    pose = mount.pose_robot_camera()
-    bottom, top = (pose.rotation @ ray for ray in mount.camera().rays([[160, 240], [160, 0]]))
-    ground_ahead = mount.x_m + bottom[0] * mount.z_m / -bottom[2]
-    assert ground_ahead - mount.x_m == pytest.approx(0.48, abs=0.01)
-    assert abs(math.degrees(math.atan2(top[2], top[0]))) < 1.0
+    pinhole, lens = (_seen(mount, k) for k in (Lens(k1=0.0, k2=0.0), mount.lens))
+    assert pinhole[0] == pytest.approx(0.48, abs=0.01) and abs(pinhole[1]) < 1.0
+    assert 0.44 < lens[0] < pinhole[0] and pinhole[1] < lens[1] < 3.0
+
+
+def _seen(mount: CameraMount, lens: Lens) -> tuple[float, float]:
+    """Where the floor's nearest pixel is ahead of the mount in metres, and the elevation of the top row in degrees."""
+    pose, camera = mount.pose_robot_camera(), msgspec.structs.replace(mount, lens=lens).camera()
+    bottom, top = (pose.rotation @ ray for ray in camera.rays([[160, 240], [160, 0]]))
+    return bottom[0] * mount.z_m / -bottom[2], math.degrees(math.atan2(top[2], top[0]))
 
 
 def test_the_panel_camera_looks_16_degrees_up() -> None:
