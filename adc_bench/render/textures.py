@@ -20,6 +20,7 @@ from adc_bench.world.streams import stream
 Rgb = tuple[float, float, float]
 TwoTone = NDArray[np.uint8]
 METRES_PER_TEXEL_COURSE = 0.005
+PAINT_SAMPLES = 4  # along each side of a texel
 PAINT_MARGIN_M, FLOOR_GRID_M = 0.2, 0.05  # the grid: whole texels of paint and of light
 METRES_PER_TEXEL_HALL = 0.02
 METRES_PER_TEXEL_DUST = 0.04
@@ -98,19 +99,22 @@ def paint_mask(spec: CourseSpec) -> NDArray[np.uint8]:
     """Return the paint's coverage (h, w) uint8 over `course_bounds`; row 0 is the largest y."""
     x0, y0, x1, y1 = course_bounds(spec)
     width, height = round((x1 - x0) / METRES_PER_TEXEL_COURSE), round((y1 - y0) / METRES_PER_TEXEL_COURSE)
-    mask = np.zeros((height, width), np.uint8)
+    fine_m = METRES_PER_TEXEL_COURSE / PAINT_SAMPLES
+    fine = np.zeros((height * PAINT_SAMPLES, width * PAINT_SAMPLES), np.uint8)
     for polygon in Course(spec=spec).paint:
-        rings = [polygon.exterior, *polygon.interiors]
-        contours = [_texels(np.asarray(shapely.get_coordinates(ring)), x0, y1) for ring in rings]
-        cv2.fillPoly(mask, contours, 255, cv2.LINE_AA, shift=6)
+        shrunk = polygon.buffer(-fine_m / 2, join_style="mitre")  # cv2 also fills the pixels that an outline crosses
+        rings = (shrunk.exterior, *shrunk.interiors)
+        contours = [_samples(shapely.get_coordinates(ring), x0, y1, fine_m) for ring in rings]
+        cv2.fillPoly(fine, contours, 255, cv2.LINE_8, shift=6)
+    mask = np.asarray(cv2.resize(fine, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
     mask.setflags(write=False)
     return mask
 
 
-def _texels(points: NDArray[np.float64], x0: float, y1: float) -> NDArray[np.int32]:
-    """Return 1/64 texels for cv2, whose pixel centres are at whole numbers."""
-    texels = np.stack([points[:, 0] - x0, y1 - points[:, 1]], axis=1) / METRES_PER_TEXEL_COURSE - 0.5
-    return np.round(texels * 64).astype(np.int32)
+def _samples(points: NDArray[np.float64], x0: float, y1: float, fine_m: float) -> NDArray[np.int32]:
+    """Return 1/64 samples for cv2, whose pixel centres are at whole numbers."""
+    samples = np.stack([points[:, 0] - x0, y1 - points[:, 1]], axis=1) / fine_m - 0.5
+    return np.round(samples * 64).astype(np.int32)
 
 
 def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec) -> TwoTone:
