@@ -28,7 +28,7 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     robot: RobotName = "pioneer"
     furniture: bool = True
     layouts: dict[str, float]
-    signs_share: float = 0.5
+    signs_share: float = 0.8
     crosswalk_share: float = 0.5
     objects_share: float = 0.3
     looks: LookFamily

@@ -75,7 +75,7 @@ def test_every_kind_of_thing_is_drawn() -> None:
     with_works = [scenario for scenario in scenarios if scenario.layout.works]
     assert all(len(scenario.tapes) == 7 and not scenario.signs for scenario in with_works) and len(with_works) >= 12
     signs = sum(len(scenario.signs) == 12 for scenario in scenarios)
-    assert 15 < signs < 35
+    assert 28 < signs < 48
     assert all(scenario.furniture for scenario in scenarios)
 
 
