@@ -28,6 +28,7 @@ from adc_bench.world.streams import stream
 
 STILL = Motion()
 FREE_IMAGING = Imaging()  # whose white balance the camera of `look_from` has
+NOWHERE = Pose3(rotation=np.eye(3), translation_m=np.array([1e4, 1e4, 0.0]))  # for a robot that is not in the hall
 
 
 class ArenaRenderer:
@@ -175,13 +176,9 @@ class ArenaRenderer:
             self._free = View(self._scene, camera)
         floor = seen_floor(camera, pose_world_camera)
         exposure = exposure_for(self._scenario.look, self._arena.floor_irradiance(floor))
-        if pose_world_robot:
-            self._arena.place_robot(pose_world_robot, visible=True)
+        self._arena.place_robot(pose_world_robot or NOWHERE, visible=pose_world_robot is not None)
         self._free.take(pose_world_camera, exposure * white_gains(self._scenario.look, FREE_IMAGING))
-        rgb = np.ascontiguousarray(self._free.colour()[..., :3])
-        if pose_world_robot:
-            self._arena.place_robot(pose_world_robot)
-        return rgb
+        return np.ascontiguousarray(self._free.colour()[..., :3])
 
     def _exposure_on_the_way(self, camera: RigCamera, pose_world_robot: Pose3, motion: Motion) -> float:
         lag_s, now = camera.mount.imaging.exposure_lag_s, None
