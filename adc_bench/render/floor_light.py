@@ -68,14 +68,19 @@ class FloorLight:
         self.picture = np.empty((*x.shape, 4), np.float32)
         self._bake((0, height, 0, width))
 
-    def place(self, bodies: Mapping[str, tuple[Sequence[Solid], Pose3]]) -> None:
-        """Put bodies (parts in their own frame, pose in the world) where they are now, and bake the light there."""
+    def place(self, bodies: Mapping[str, tuple[Sequence[Solid], Pose3]]) -> bool:
+        """Put bodies (parts in their own frame, pose in the world) where they are now, and bake the light there.
+
+        Returns whether the picture has changed.
+        """
+        baked = False
         for name, (parts, pose) in bodies.items():
             before, after = self._shades.pop(name, None), self._shade(parts, pose)
             self._shades[name] = after
             for shade in (before, after):
                 if shade:
-                    self._bake(shade.window)
+                    baked |= self._bake(shade.window)
+        return baked
 
     def at(self, points_world: Array) -> Array:
         """Return the irradiance (n, 3) at floor points (n, 2), those beyond the border as on it."""
@@ -148,13 +153,16 @@ class FloorLight:
         there = np.s_[r0 - shade.row : r1 - shade.row, c0 - shade.column : c1 - shade.column]
         return np.s_[r0:r1, c0:c1], there
 
-    def _bake(self, window: tuple[int, int, int, int]) -> None:
-        """Bake the light of a window: the same sums in the same order whatever its size, so that bytes are equal."""
+    def _bake(self, window: tuple[int, int, int, int]) -> bool:
+        """Bake the light of a window: the same sums in the same order whatever its size, so that bytes are equal.
+
+        Returns whether any of it lies in the picture.
+        """
         height, width = self._sky.shape
         r0, r1 = max(window[0], 0), min(window[1], height)
         c0, c1 = max(window[2], 0), min(window[3], width)
         if r0 >= r1 or c0 >= c1:
-            return
+            return False
         here = np.s_[r0:r1, c0:c1]
         blocked, diffuse = self._blocked[here].copy(), self._sky[here].copy()
         for name in sorted(self._shades):
@@ -173,6 +181,7 @@ class FloorLight:
             warm, cold = np.float32(lighting.warm[channel]), np.float32(lighting.cold[channel])
             picture[..., channel] = np.float32(lighting.level) * (diffuse * warm + floods * cold)
         picture[..., 3] = floods / np.maximum(diffuse + floods, np.float32(1e-6))
+        return True
 
 
 _SEEN = np.array([1 - bits.bit_count() / 4 for bits in range(16)], np.float32)

@@ -179,8 +179,8 @@ class FastScene:
             self._body_light[name].upload(lit(atlas.albedo, picture))
         if changed:
             for floor, texture in zip(self._arena.floors, self._floor_light, strict=True):
-                floor.place(changed)
-                texture.upload(floor.picture)
+                if floor.place(changed):
+                    texture.upload(floor.picture)
         return changed
 
     def _hang_tapes(self, torn: frozenset[str], moved: Collection[str]) -> None:

@@ -1,5 +1,6 @@
 """Who stands in whose light: rays from points to far lights, and outlines of shadows on the floor."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -13,6 +14,9 @@ from adc_bench.world.solids import Shape, Solid
 Array = NDArray[np.float64]
 # A round thing stands in a ray's way as the box of its own cross section's area.
 ROUND_SHARE = {"box": 1.0, "cylinder": 0.89, "cone": 0.6}
+
+
+TOP_M = 3.0  # what flies higher throws its shadow from here
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,9 +41,8 @@ def shadowed(points: Array, towards: Array, blockers: Sequence[Blocker]) -> NDAr
     hit = np.zeros(len(points), bool)
     if not blockers:
         return hit
-    side = np.cross(towards, [0.0, 0.0, 1.0])
-    side /= np.linalg.norm(side)
-    across = np.stack([side, np.cross(side, towards)])
+    x, y, z = towards
+    across = np.array([[y, -x, 0.0], [-x * z, -y * z, x * x + y * y]]) / math.hypot(x, y)
     centres = np.array([blocker.centre for blocker in blockers]) @ across.T
     radii = np.array([blocker.radius_m for blocker in blockers])
     u, v = np.einsum("ij,j->i", points, across[0]), np.einsum("ij,j->i", points, across[1])
@@ -78,12 +81,12 @@ def _extremes(shape: Shape) -> Array:
 
 
 def outline_points(solid: Solid, pose_world_body: Pose3 | None = None) -> Array:
-    """Return points (n, 3) in the world whose convex hull is the solid, none below the floor."""
+    """Return points (n, 3) in the world whose convex hull is the solid, none below the floor or near the lamps."""
     pose = solid.pose_world_solid()
     if pose_world_body is not None:
         pose = pose_world_body @ pose
     points: Array = pose.transform(_extremes(solid.shape) * np.array(solid.size_m) / 2)
-    points[:, 2] = np.maximum(points[:, 2], 0.0)
+    points[:, 2] = np.clip(points[:, 2], 0.0, TOP_M)
     return points
 
 

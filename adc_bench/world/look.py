@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -126,7 +126,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     light_level: LightLevel
     illuminance_lux: float
     colour_temperature_k: float
-    floods: tuple[Flood, ...]
+    floods: Annotated[tuple[Flood, ...], msgspec.Meta(max_length=2)]
     lamp_share: float
     line_albedo: float
     panel_luminance: float
