@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 ROBOT_RADIUS_M = 0.30  # a circle about the origin that holds the body
 ROBOT_TOP_M = 0.85  # with the camera mast
-APPROACH_M = (0.3, 4.5)
+APPROACH_M = (0.5, 4.8)
 LEFT_LANE_SHARE, REVERSED_SHARE = 0.3, 0.25
 IN_TUNNEL_SHARE = 0.7  # of the poses that are free to be anywhere
 OUTLIER_SHARE = 0.1
