@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sapien
 import shapely
+from made_arenas import ahead, through_cones
 from sapien import physx
 
 from adc_bench.geometry import Pose2
@@ -23,11 +24,6 @@ from adc_bench.world.works import Tape, box_body, cone_body
 
 CHAIR = Furniture(name="chair_0", kind="chair", x_m=4.0, y_m=0.0, yaw_rad=0.4)
 BODIES = (box_body(0, BoxPlace(x_m=2.0, y_m=0.0, yaw_rad=0.3)), cone_body("cone_left_0", (3.0, 0.0)), chair_body(CHAIR))
-
-
-def ahead(start: Pose2, x_m: float, y_m: float = 0.0) -> Place:
-    place = start @ Pose2(x_m=x_m, y_m=y_m, yaw_rad=0.0)
-    return place.x_m, place.y_m
 
 
 def with_boxes(scenario: Scenario, *places: Place) -> Scenario:
@@ -252,31 +248,9 @@ def test_an_outline_crosses_a_tape_as_plane_geometry_says(nominal: Scenario) -> 
 SCRIPT = """
 import sys
 sys.path.insert(0, {tests!r})
-from test_bodies import through_cones
+from made_arenas import through_cones
 print(through_cones())
 """
-
-
-def through_cones() -> str:
-    """Drive through a row of cones and two boxes; return a digest of all poses and readings."""
-    import hashlib
-
-    from conftest import scenario_of_seed
-
-    start = Pose2(x_m=-0.65, y_m=-2.6125, yaw_rad=0.0)
-    left = tuple(ahead(start, 1.0 + 0.5 * k, 0.1 * (-1) ** k) for k in range(4))
-    works = Works(left=left, right=(ahead(start, 1.0, 3.0), ahead(start, 2.0, 3.0)))
-    boxes = tuple(BoxPlace(x_m=x_m, y_m=y_m) for x_m, y_m in (ahead(start, 3.4, 0.2), ahead(start, 4.1)))
-    arena = msgspec.structs.replace(scenario_of_seed(31), layout=Layout(works=works, boxes=boxes))
-    sim, digest = Simulation(arena, start), hashlib.sha256()
-    for k in range(80):
-        sim.advance(1.8, 0.3 * math.sin(k))
-        for name, pose in sim.body_poses().items():
-            digest.update(name.encode() + pose.matrix().tobytes())
-        readings = sim.read_sensors()
-        digest.update(readings.laser.ranges_m.tobytes() if readings.laser else b"")
-        digest.update(repr((sim.state(), sim.take_contacts(), sorted(sim.torn_tapes()))).encode())
-    return digest.hexdigest()
 
 
 def test_a_drive_through_cones_has_the_same_bits_in_every_process() -> None:
