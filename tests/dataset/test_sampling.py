@@ -12,8 +12,9 @@ from adc_bench.dataset import load_split
 from adc_bench.dataset.sampling import FramePlan, draw_frame, draw_scenario, layout_name, scenario_number
 from adc_bench.geometry import Pose2, wrap_rad
 from adc_bench.world.categories import PANEL_SIGNS
+from adc_bench.world.course import COURSE_SETS
 from adc_bench.world.look import LIGHT_LEVELS
-from adc_bench.world.robot import Motion
+from adc_bench.world.robot import ROBOTS, Motion
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import SensorRig
 from adc_bench.world.solids import Solid
@@ -157,3 +158,12 @@ def test_the_size_of_the_pictures_moves_nothing() -> None:
     large = SensorRig(cameras=tuple(mount.resized(640, 480) for mount in RIG.cameras))
     pose = draw_frame(VAL, draw_scenario(VAL, 0, large), 5).pose_world_robot.matrix()
     np.testing.assert_array_equal(pose, draw_frame(VAL, draw_scenario(VAL, 0, RIG), 5).pose_world_robot.matrix())
+
+
+def test_a_split_names_its_course_its_robot_and_whether_there_is_furniture() -> None:
+    split = msgspec.structs.replace(VAL, course="b", robot="conde", furniture=False, layouts={"d3_v1": 1.0})
+    for number in range(3):
+        scenario = draw_scenario(split, number, RIG)
+        assert (scenario.course_spec, scenario.robot) == (COURSE_SETS["b"], ROBOTS["conde"])
+        assert (scenario.furniture, len(scenario.layout.boxes), scenario.layout.name) == ((), 2, "d3_v1")
+        draw_frame(split, scenario, number * split.frames_per_scenario)
