@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from sapien import physx
 
 from adc_bench.geometry import Pose3
+from adc_bench.world.footprints import structure
 from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
@@ -91,10 +92,10 @@ def add_floor(scene: sapien.Scene) -> physx.PhysxRigidStaticComponent:
 
 
 def add_solid(scene: sapien.Scene, solid: Solid, friction: float) -> None:
-    """Stand an immovable solid under its own name."""
+    """Stand an immovable solid, under the name of the thing that it is a part of."""
     body = physx.PhysxRigidStaticComponent()
     body.attach(SOLID.part(solid, friction))
-    add_named(scene, solid.name, body, sapien.Pose())
+    add_named(scene, structure(solid), body, sapien.Pose())
 
 
 def round_corners(solid: Solid) -> Array:
