@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose3
-from adc_bench.render.light import CORNERS, LAMP_SIZE_M, Lighting, flood_rays, lamp
+from adc_bench.render.light import CORNERS, LAMP_SIZE_M, Lighting, flood_rays, lamp_on_floor
 from adc_bench.render.shadows import outline_points, shadow_points
 from adc_bench.world.solids import Solid
 
@@ -52,20 +52,17 @@ class FloorLight:
         width, height = round((x1 - x0) / texel_m), round((y1 - y0) / texel_m)
         self._scale = np.array([width / (x1 - x0), -height / (y1 - y0)])
         self._origin = np.array([x0, y1])
-        y, x = np.meshgrid(
-            y1 - (np.arange(height) + 0.5) / height * (y1 - y0),
-            x0 + (np.arange(width) + 0.5) / width * (x1 - x0),
-            indexing="ij",
-        )
-        points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        self._lights, self._parts = _rays(lighting), _contributions(lighting, points, x.shape)
-        openness = lighting.openness(points).reshape(x.shape).astype(np.float32)
+        x = x0 + (np.arange(width) + 0.5) / width * (x1 - x0)
+        y = y1 - (np.arange(height) + 0.5) / height * (y1 - y0)
+        self._lights, self._parts = _rays(lighting), _contributions(lighting, x, y)
+        points = np.column_stack([np.tile(x, height), np.repeat(y, width), np.zeros(height * width)])
+        openness = lighting.openness(points).reshape(height, width).astype(np.float32)
         self._parts[len(lighting.scenario.look.floods) :] *= openness
         self._sky = np.float32(lighting.sky_share) * openness
-        self._blocked = np.zeros(x.shape, np.uint32)
+        self._blocked = np.zeros((height, width), np.uint32)
         self._shades: dict[str, Shade] = {}
         self._bake_static(lighting.scenario.solids)
-        self.picture = np.empty((*x.shape, 4), np.float32)
+        self.picture = np.empty((height, width, 4), np.float32)
         self._bake((0, height, 0, width))
 
     def place(self, bodies: Mapping[str, tuple[Sequence[Solid], Pose3]]) -> bool:
@@ -199,9 +196,9 @@ def _rays(lighting: Lighting) -> Array:
     return np.array([*floods, *lamps])
 
 
-def _contributions(lighting: Lighting, points: Array, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Return what each light gives to open floor (lights, h, w)."""
-    up = np.broadcast_to(np.array([0.0, 0.0, 1.0]), points.shape)
-    floods = [np.full(shape, flood.share) for flood in lighting.scenario.look.floods]
-    lamps = [lighting.lamp_share * lamp(points, up, place).reshape(shape) for place in lighting.lamps]
+def _contributions(lighting: Lighting, x: Array, y: Array) -> NDArray[np.float32]:
+    """Return what each light gives to open floor (lights, h, w) at x (w,) and y (h,)."""
+    shape = len(y), len(x)
+    floods = [np.full(shape, flood.share, np.float32) for flood in lighting.scenario.look.floods]
+    lamps = [np.float32(lighting.lamp_share) * lamp_on_floor(x, y, place) for place in lighting.lamps]
     return np.array([*floods, *lamps], np.float32)

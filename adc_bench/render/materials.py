@@ -9,29 +9,31 @@ from numpy.typing import NDArray
 
 from adc_bench.render.parts import Light, Painted, Part, Plain, TwoTone
 
-TEXTURES_KEPT = 24  # floors and walls come back from scenario to scenario; a floor takes 26 MB
-FLOORS_KEPT = 4
-
+STORE_BYTES = 120_000_000  # floors and walls come back from scenario to scenario; a floor takes 24 MB
 _FORMATS = {1: "R8Unorm", 2: "R8G8Unorm", 4: "R8G8B8A8Unorm"}
 
 
 class TextureStore:
     """Textures that come back, by name; the ones not used for longest go first."""
 
-    def __init__(self, kept: int) -> None:
-        self._kept, self._textures = kept, OrderedDict[Hashable, sapien.render.RenderTexture2D]()
+    def __init__(self, bytes_max: int) -> None:
+        self._bytes_max, self._bytes = bytes_max, 0
+        self._kept = OrderedDict[Hashable, tuple[sapien.render.RenderTexture2D, int]]()
 
     def get(self, key: Hashable, draw: Callable[[], NDArray[np.uint8]]) -> sapien.render.RenderTexture2D:
         """Return the texture of this name, drawing it when it is not here."""
-        if key not in self._textures:
-            self._textures[key] = mipmapped(draw())
-        self._textures.move_to_end(key)
-        while len(self._textures) > self._kept:
-            self._textures.popitem(last=False)
-        return self._textures[key]
+        if key not in self._kept:
+            picture = draw()
+            self._kept[key] = mipmapped(picture), picture.nbytes
+            self._bytes += picture.nbytes
+        self._kept.move_to_end(key)
+        while self._bytes > self._bytes_max and len(self._kept) > 1:
+            _, (_, freed) = self._kept.popitem(last=False)
+            self._bytes -= freed
+        return self._kept[key][0]
 
 
-_FLOORS, _OTHERS = TextureStore(FLOORS_KEPT), TextureStore(TEXTURES_KEPT)
+_STORE = TextureStore(STORE_BYTES)
 
 
 def mipmapped(picture: NDArray[np.uint8]) -> sapien.render.RenderTexture2D:
@@ -52,7 +54,7 @@ def texture_of(albedo: Painted | TwoTone) -> sapien.render.RenderTexture2D:
     draw = albedo.picture if isinstance(albedo, Painted) else albedo.draw
     if albedo.key is None:
         return mipmapped(draw())
-    return (_FLOORS if isinstance(albedo, TwoTone) and albedo.wear else _OTHERS).get(albedo.key, draw)
+    return _STORE.get(albedo.key, draw)
 
 
 def lit(albedo: NDArray[np.uint8], light: Light) -> Light:

@@ -86,9 +86,14 @@ WALL_KINDS: Mapping[str, WallKind] = {
 
 
 @lru_cache(maxsize=2)
+def _paint(spec: CourseSpec) -> tuple[shapely.Polygon, ...]:
+    return Course(spec=spec).paint
+
+
+@lru_cache(maxsize=2)
 def course_bounds(spec: CourseSpec) -> tuple[float, float, float, float]:
     """Return x0, y0, x1, y1 in metres of the floor that carries paint, with a margin, on the texels' grid."""
-    x0, y0, x1, y1 = shapely.union_all(Course(spec=spec).paint).bounds
+    x0, y0, x1, y1 = shapely.total_bounds(_paint(spec))
     low = [math.floor((side - PAINT_MARGIN_M) / FLOOR_GRID_M) * FLOOR_GRID_M for side in (x0, y0)]
     high = [math.ceil((side + PAINT_MARGIN_M) / FLOOR_GRID_M) * FLOOR_GRID_M for side in (x1, y1)]
     return low[0], low[1], high[0], high[1]
@@ -101,7 +106,7 @@ def paint_mask(spec: CourseSpec) -> NDArray[np.uint8]:
     width, height = round((x1 - x0) / METRES_PER_TEXEL_COURSE), round((y1 - y0) / METRES_PER_TEXEL_COURSE)
     fine_m = METRES_PER_TEXEL_COURSE / PAINT_SAMPLES
     fine = np.zeros((height * PAINT_SAMPLES, width * PAINT_SAMPLES), np.uint8)
-    for polygon in Course(spec=spec).paint:
+    for polygon in _paint(spec):
         shrunk = polygon.buffer(-fine_m / 2, join_style="mitre")  # cv2 also fills the pixels that an outline crosses
         rings = (shrunk.exterior, *shrunk.interiors)
         contours = [_samples(shapely.get_coordinates(ring), x0, y1, fine_m) for ring in rings]
