@@ -45,6 +45,15 @@ def test_open_floor_gets_the_look_s_illuminance() -> None:
     np.testing.assert_allclose(floor(scenario).at(points((-2.5, 0.5)))[0, 1], 1.0, rtol=1e-3)
 
 
+def test_the_floor_s_picture_is_the_light_at_its_points() -> None:
+    """The floor computes its lamps in a way of its own; away from everything that stands, both are equal."""
+    scenario = hall(floods=(EAST_FLOOD, NORTH_FLOOD))
+    places = points((-1.975, 0.425), (2.325, -0.175), (1.725, -2.075))  # middles of texels
+    up = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (3, 3))
+    expected = Lighting(scenario=scenario).irradiance(np.column_stack([places, np.zeros(3)]), up)
+    np.testing.assert_allclose(floor(scenario, 0.05).at(places), expected, rtol=1e-4)
+
+
 @pytest.mark.parametrize("azimuth", [0.0, 1.0, 2.5, -2.0])
 def test_a_box_throws_its_shadow_away_from_the_floodlight(azimuth: float) -> None:
     scenario = hall(floods=(Flood(azimuth_rad=azimuth, elevation_rad=0.6, share=0.6),), lamp_share=0.0)
