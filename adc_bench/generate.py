@@ -17,6 +17,7 @@ from adc_bench.engine import run_tasks
 from adc_bench.errors import UsageError
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.frame import Frame
+from adc_bench.world.quality import Quality
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import SensorRig
 
@@ -35,6 +36,7 @@ def render_split(
     *,
     frames: int | None = None,
     size_px: tuple[int, int] = (320, 240),
+    quality: Quality = "fast",
     workers: int = 1,
     overwrite: bool = False,
     progress: Callable[[int], None] | None = None,
@@ -49,7 +51,7 @@ def render_split(
         InputError: the folder holds something else (see `begin`).
         MachineError: this machine cannot render.
     """
-    plan = plan_dataset(split, split.frames if frames is None else frames, size_px)
+    plan = plan_dataset(split, split.frames if frames is None else frames, size_px, quality)
     begin(root, plan, overwrite=overwrite)
     missing = missing_shards(root, plan)
     done = plan.frames - sum(len(plan.shard_frames(number)) for number in missing)
@@ -69,7 +71,7 @@ def render_split(
         sweep(root)
 
 
-def plan_dataset(split: Split, frames: int, size_px: tuple[int, int]) -> Manifest:
+def plan_dataset(split: Split, frames: int, size_px: tuple[int, int], quality: Quality = "fast") -> Manifest:
     """Return what `dataset.toml` says before anything is rendered.
 
     Raises:
@@ -89,8 +91,9 @@ def plan_dataset(split: Split, frames: int, size_px: tuple[int, int]) -> Manifes
         frames=frames,
         split=split,
         split_sha256=split.sha256,
-        software={"adc_bench": __version__, **packages, "renderer": process_renderer(rig).device_name},
+        software={"adc_bench": __version__, **packages, "renderer": process_renderer(rig, quality).device_name},
         cameras=rig.cameras,
+        quality=quality,
     )
 
 
@@ -98,7 +101,7 @@ def render_shard(task: ShardTask) -> int:
     """Render one shard and write it; return how many frames it has."""
     plan = task.plan
     rig = SensorRig(cameras=plan.cameras)
-    renderer = process_renderer(rig)
+    renderer = process_renderer(rig, plan.quality)
     frames: list[Frame] = []
     scenarios: list[Scenario] = []
     for index in plan.shard_frames(task.number):
@@ -115,9 +118,9 @@ def render_shard(task: ShardTask) -> int:
 
 
 @lru_cache(maxsize=1)
-def process_renderer(rig: SensorRig) -> ArenaRenderer:
+def process_renderer(rig: SensorRig, quality: Quality = "fast") -> ArenaRenderer:
     """Return this process' renderer: starting one is dear, so it is kept from shard to shard."""
-    return ArenaRenderer(rig)
+    return ArenaRenderer(rig, quality)
 
 
 def _rig(size_px: tuple[int, int]) -> SensorRig:

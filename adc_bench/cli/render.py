@@ -9,6 +9,7 @@ import typer
 
 from adc_bench.cli.progress import progress_bar
 from adc_bench.errors import UsageError
+from adc_bench.world.quality import Quality
 
 
 def render(
@@ -16,6 +17,9 @@ def render(
     out: Annotated[Path, typer.Option(help="The dataset's folder; run again on it to resume.")],
     frames: Annotated[int | None, typer.Option(help="How many frames; the split's own number if left out.")] = None,
     size: Annotated[str, typer.Option(help="Picture size, WIDTHxHEIGHT in pixels.")] = "320x240",
+    quality: Annotated[
+        Quality, typer.Option(help="fast, or SAPIEN's own packs with shadows or traced paths (seconds a frame).")
+    ] = "fast",
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; one per processor if left out.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a dataset of another run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
@@ -34,6 +38,7 @@ def render(
             out,
             frames=frames,
             size_px=size_px,
+            quality=quality,
             workers=workers or default_workers(),
             overwrite=overwrite,
             progress=tell,

@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from adc_bench.dataset.split import Split
+from adc_bench.world.quality import Quality
 from adc_bench.world.sensors import CameraMount
 
 SCHEMA = 1
@@ -60,6 +61,7 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     split_sha256: str
     software: dict[str, str]
     cameras: tuple[CameraMount, ...]
+    quality: Quality = "fast"
     summary: Summary | None = None
     shards: tuple[ShardEntry, ...] = ()
 

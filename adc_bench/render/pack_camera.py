@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import Camera, Pose3
 from adc_bench.render.motion_blur import Flow
-from adc_bench.render.quality import Pack
+from adc_bench.render.packs import Pack
 from adc_bench.render.scene import sapien_pose
 from adc_bench.render.view import FAR_M, NEAR_M, View
 

@@ -89,8 +89,8 @@ class PackScene:
         self._hang_tapes(frozenset(torn), moved)
 
     def place_robot(self, pose_world_robot: Pose3, *, visible: bool = False) -> None:
-        """Put the robot where it is, where a camera may see it."""
-        self._robot.move(body_pose(pose_world_robot) if visible else FAR_AWAY)
+        """Put the robot where it is. Whether it is visible or not, it is there: its own cameras do not see it."""
+        self._robot.move(body_pose(pose_world_robot))
 
     def _thing(self, part: Part, material: sapien.render.RenderMaterial) -> Thing:
         """Put a part under the lights."""

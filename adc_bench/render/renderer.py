@@ -1,7 +1,7 @@
 """The arena renderer: one scenario at a time, pictures from the rig's cameras, labels with them."""
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 import sapien
@@ -13,6 +13,9 @@ from adc_bench.geometry import Camera, Pose2, Pose3
 from adc_bench.render.driver import choose_software_driver
 from adc_bench.render.exposure import Metered, exposure_for, follow, seen_floor, settled, way_back
 from adc_bench.render.labels import labels_of
+from adc_bench.render.pack_camera import PackView, Stage
+from adc_bench.render.pack_scene import PackScene
+from adc_bench.render.packs import PACKS
 from adc_bench.render.rig_camera import RigCamera, Taken, white_gains
 from adc_bench.render.scene import FastScene
 from adc_bench.render.semantic import objects_in_view
@@ -21,6 +24,7 @@ from adc_bench.render.view import View, use_arena_pack
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.frame import Conditions, Frame
+from adc_bench.world.quality import Quality
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import Imaging, SensorRig
@@ -34,17 +38,19 @@ NOWHERE = Pose3(rotation=np.eye(3), translation_m=np.array([1e4, 1e4, 0.0]))  # 
 class ArenaRenderer:
     """Renders scenarios on the software Vulkan driver; one a process, reused from scenario to scenario."""
 
-    def __init__(self, rig: SensorRig) -> None:
+    def __init__(self, rig: SensorRig, quality: Quality = "fast") -> None:
         """Raises MachineError if the software driver is not installed, InputError for a lens that cannot be."""
         choose_software_driver()
         use_arena_pack()
         self.rig = rig
         self._system = sapien.render.RenderSystem()
         self._scene = sapien.Scene([self._system])
+        self._stage = None if quality == "fast" else Stage(pack=PACKS[quality])
         self._cameras: Mapping[str, RigCamera] = {
-            mount.name: RigCamera(View(self._scene, mount.camera()), mount) for mount in rig.cameras
+            mount.name: RigCamera(self._view(mount.camera()), mount) for mount in rig.cameras
         }
         self._static: FastScene | None = None
+        self._staged: PackScene | None = None
         self._free: View | None = None
 
     @property
@@ -55,19 +61,29 @@ class ArenaRenderer:
     def load(self, scenario: Scenario) -> None:
         """Build the scenario's arena in place of the one before; auto-exposure and noise start anew."""
         if self._static:
-            self._static.remove()
+            self._each(lambda arena: arena.remove())
         self._static = FastScene(self._scene, scenario)
+        self._staged = PackScene(self._stage, scenario) if self._stage else None
         self._scenario = scenario
         self._taken: Counter[str] = Counter()
         self._metered: dict[str, Metered] = {}
 
     def set_panel(self, sign: PanelSign) -> None:
         """Switch both panels."""
-        self._arena.show(sign)
+        self._each(lambda arena: arena.show(sign))
 
     def place(self, bodies: Mapping[str, Pose3], torn: Collection[str] = ()) -> None:
         """Move bodies to these poses and hide torn tapes; only what has really moved costs time."""
-        self._arena.place(bodies, torn)
+        self._each(lambda arena: arena.place(bodies, torn))
+
+    def _view(self, camera: Camera) -> View:
+        return PackView(self._scene, self._stage, camera) if self._stage else View(self._scene, camera)
+
+    def _each(self, do: Callable[[FastScene | PackScene], None]) -> None:
+        """Do something to our own pack's arena, and to that of the quality's pack if it has another."""
+        do(self._arena)
+        if self._staged:
+            do(self._staged)
 
     @property
     def _arena(self) -> FastScene:
@@ -173,10 +189,11 @@ class ArenaRenderer:
         if self._free is None or self._free.camera != camera:
             if self._free:
                 self._free.remove()
-            self._free = View(self._scene, camera)
+            self._free = self._view(camera)
         floor = seen_floor(camera, pose_world_camera)
         exposure = exposure_for(self._scenario.look, self._arena.floor_irradiance(floor))
-        self._arena.place_robot(pose_world_robot or NOWHERE, visible=pose_world_robot is not None)
+        robot, visible = pose_world_robot or NOWHERE, pose_world_robot is not None
+        self._each(lambda arena: arena.place_robot(robot, visible=visible))
         self._free.take(pose_world_camera, exposure * white_gains(self._scenario.look, FREE_IMAGING))
         return np.ascontiguousarray(self._free.colour()[..., :3])
 
@@ -189,7 +206,7 @@ class ArenaRenderer:
 
     def _draw(self, camera: RigCamera, pose_world_robot: Pose3, exposure: float) -> Pose3:
         """Draw the scene with the robot there; return where the camera is."""
-        self._arena.place_robot(pose_world_robot)
+        self._each(lambda arena: arena.place_robot(pose_world_robot))
         pose_world_camera = self.pose_world_camera(camera.mount.name, pose_world_robot)
         camera.expose(pose_world_camera, self._scenario.look, exposure)
         return pose_world_camera

@@ -1,16 +1,14 @@
-"""The three qualities of a picture: our own shader pack, and two of SAPIEN's that light the same meshes themselves.
+"""SAPIEN's shader packs that draw the arena beside our own (`fast`); they light the same meshes themselves.
 
-Scored drives always use `fast`; the others are for looking and for data. Labels always come from our own pack.
+Labels always come from our own pack's label picture.
 """
 
 from collections.abc import Mapping
 from importlib import resources
-from typing import Literal, get_args
 
 import msgspec
 
-Quality = Literal["fast", "standard", "raytraced"]
-QUALITIES: tuple[Quality, ...] = get_args(Quality)
+from adc_bench.world.quality import Quality
 
 
 class Pack(msgspec.Struct, frozen=True, kw_only=True):
