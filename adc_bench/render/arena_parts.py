@@ -51,7 +51,7 @@ class ArenaParts:
         """Compute the floor's light; the rest is computed when it is asked for."""
         lighting = Lighting(scenario=scenario)
         course, hall = course_bounds(scenario.course_spec), hall_bounds(scenario)
-        floors = (FloorLight(lighting, course, COURSE_TEXEL_M), FloorLight(lighting, hall, HALL_TEXEL_M))
+        floors = (FloorLight(lighting, course, COURSE_TEXEL_M), FloorLight(lighting, hall, HALL_TEXEL_M, unseen=course))
         return cls(scenario=scenario, lighting=lighting, floors=floors)
 
     def standing(self) -> Iterator[Part]:

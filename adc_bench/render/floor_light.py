@@ -4,6 +4,7 @@ Each texel knows, ray by ray, which lights see it: 32 rays, four to each of two 
 for good and each body contribute their own shadows, so a body's can be taken out again without a trace.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
 Bounds = tuple[float, float, float, float]
+Window = tuple[int, int, int, int]  # rows and columns: r0, r1, c0, c1
 SUBTEXEL_BITS = 4
 CONTACT_SHADE, CONTACT_GAP_M = 0.6, 0.2  # darkening under a thing on the floor, and how fast it goes with a gap
 CONTACT_REACH, CONTACT_REACH_M = 0.2, 0.09  # e-folding reach: of the thing's height, and at most
@@ -33,7 +35,7 @@ class Shade:
     open_sky: NDArray[np.float32]
 
     @property
-    def window(self) -> tuple[int, int, int, int]:
+    def window(self) -> Window:
         """Rows and columns (r0, r1, c0, c1)."""
         height, width = self.blocked.shape
         return self.row, self.row + height, self.column, self.column + width
@@ -46,12 +48,14 @@ class FloorLight:
         picture: (h, w, 4) float32: irradiance rgb in units of 300 lux, and the floodlights' share of it.
     """
 
-    def __init__(self, lighting: Lighting, bounds: Bounds, texel_m: float) -> None:
+    def __init__(self, lighting: Lighting, bounds: Bounds, texel_m: float, unseen: Bounds | None = None) -> None:
+        """Bake the light of what stands for good. Under `unseen` lies another floor: bodies are not baked there."""
         self.bounds, self._lighting = bounds, lighting
         x0, y0, x1, y1 = bounds
         width, height = round((x1 - x0) / texel_m), round((y1 - y0) / texel_m)
         self._scale = np.array([width / (x1 - x0), -height / (y1 - y0)])
         self._origin = np.array([x0, y1])
+        self._unseen = self._inner_window(unseen) if unseen else (0, 0, 0, 0)
         x = x0 + (np.arange(width) + 0.5) / width * (x1 - x0)
         y = y1 - (np.arange(height) + 0.5) / height * (y1 - y0)
         self._lights, self._parts = _rays(lighting), _contributions(lighting, x, y)
@@ -74,9 +78,9 @@ class FloorLight:
         for name, (parts, pose) in bodies.items():
             before, after = self._shades.pop(name, None), self._shade(parts, pose)
             self._shades[name] = after
-            for shade in (before, after):
-                if shade:
-                    baked |= self._bake(shade.window)
+            windows = [shade.window for shade in (before, after) if shade]
+            for window in _joined(windows):
+                baked |= self._bake(window)
         return baked
 
     def at(self, points_world: Array) -> Array:
@@ -86,6 +90,12 @@ class FloorLight:
         column = np.clip(texels[:, 0], 0, width - 1).astype(int)
         row = np.clip(texels[:, 1], 0, height - 1).astype(int)
         return np.asarray(self.picture[row, column, :3], np.float64)
+
+    def _inner_window(self, bounds: Bounds) -> Window:
+        """Return the rows and columns well inside bounds: the texels beyond are seen, or mixed with what is seen."""
+        x0, y0, x1, y1 = bounds
+        (c0, r0), (c1, r1) = ((np.array(corner) - self._origin) * self._scale for corner in ((x0, y1), (x1, y0)))
+        return math.ceil(r0) + 1, math.floor(r1) - 1, math.ceil(c0) + 1, math.floor(c1) - 1
 
     def _outlines(self, points: Array) -> list[NDArray[np.int32]]:
         """Return hulls (m, 1, 2) of point sets (k, n, 2), in 1/16 texels for cv2: pixel centres at whole numbers."""
@@ -141,24 +151,22 @@ class FloorLight:
         shade = np.float32(depth) * np.clip(np.exp(-distance) - np.float32(np.exp(-4.0)), 0, None)
         return np.asarray(1 - shade, np.float32)
 
-    def _overlap(
-        self, window: tuple[int, int, int, int], other: tuple[int, int, int, int], shade: Shade
-    ) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    def _overlap(self, window: Window, other: Window, shade: Shade) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
         """Return where two windows meet: in the picture, and in the shade."""
         r0, r1 = max(window[0], other[0]), max(min(window[1], other[1]), max(window[0], other[0]))
         c0, c1 = max(window[2], other[2]), max(min(window[3], other[3]), max(window[2], other[2]))
         there = np.s_[r0 - shade.row : r1 - shade.row, c0 - shade.column : c1 - shade.column]
         return np.s_[r0:r1, c0:c1], there
 
-    def _bake(self, window: tuple[int, int, int, int]) -> bool:
+    def _bake(self, window: Window) -> bool:
         """Bake the light of a window: the same sums in the same order whatever its size, so that bytes are equal.
 
-        Returns whether any of it lies in the picture.
+        Returns whether any of it lies in the picture and out of the part that is never seen.
         """
         height, width = self._sky.shape
         r0, r1 = max(window[0], 0), min(window[1], height)
         c0, c1 = max(window[2], 0), min(window[3], width)
-        if r0 >= r1 or c0 >= c1:
+        if r0 >= r1 or c0 >= c1 or _contains(self._unseen, window):
             return False
         here = np.s_[r0:r1, c0:c1]
         blocked, diffuse = self._blocked[here].copy(), self._sky[here].copy()
@@ -179,6 +187,22 @@ class FloorLight:
             picture[..., channel] = np.float32(lighting.level) * (diffuse * warm + floods * cold)
         picture[..., 3] = floods / np.maximum(diffuse + floods, np.float32(1e-6))
         return True
+
+
+def _contains(outer: Window, inner: Window) -> bool:
+    return outer[0] <= inner[0] and inner[1] <= outer[1] and outer[2] <= inner[2] and inner[3] <= outer[3]
+
+
+def _joined(windows: Sequence[Window]) -> Sequence[Window]:
+    """Return one window around two where that is less to bake."""
+    r0, c0 = (min(window[k] for window in windows) for k in (0, 2))
+    r1, c1 = (max(window[k] for window in windows) for k in (1, 3))
+    around = (r0, r1, c0, c1)
+    return [around] if _area(around) <= sum(map(_area, windows)) else windows
+
+
+def _area(window: Window) -> int:
+    return (window[1] - window[0]) * (window[3] - window[2])
 
 
 _SEEN = np.array([1 - bits.bit_count() / 4 for bits in range(16)], np.float32)

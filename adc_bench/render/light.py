@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Path
-from adc_bench.render.shadows import Blocker, shadowed
+from adc_bench.render.shadows import Blockers, shadowed
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.look import Flood
 from adc_bench.world.scenario import Scenario
@@ -90,8 +90,8 @@ class Lighting:
         return tuple(np.array([x, y, self.lamp_height_m]) for x, y in LAMP_GRID)
 
     @cached_property
-    def _blockers(self) -> list[Blocker]:
-        return [Blocker.of(solid) for solid in self.scenario.solids if solid.kind not in ("wall", "poster")]
+    def _blockers(self) -> Blockers:
+        return Blockers.of([solid for solid in self.scenario.solids if solid.kind not in ("wall", "poster")])
 
     def _flood(self, points: Array, normals: Array, flood: Flood) -> Array:
         """Return a floodlight's share: on open floor its own, by the cosine law and the visible part of the lamp."""

@@ -36,24 +36,37 @@ class Blocker:
         return cls(centre=pose.translation_m, rotation=pose.rotation, half=half, radius_m=float(np.linalg.norm(half)))
 
 
-def shadowed(points: Array, towards: Array, blockers: Sequence[Blocker]) -> NDArray[np.bool_]:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Blockers:
+    """Boxes in the light's way, their centres (n, 3) and bounding radii (n,) at hand."""
+
+    each: Sequence[Blocker]
+    centres: Array
+    radii: Array
+
+    @classmethod
+    def of(cls, solids: Sequence[Solid]) -> "Blockers":
+        """Return the solids as blockers."""
+        each = [Blocker.of(solid) for solid in solids]
+        centres = np.array([blocker.centre for blocker in each]).reshape(-1, 3)
+        return cls(each=each, centres=centres, radii=np.array([blocker.radius_m for blocker in each]))
+
+
+def shadowed(points: Array, towards: Array, blockers: Blockers) -> NDArray[np.bool_]:
     """Return for each point (n, 3) whether a box stands between it and a far light (slab test, culled by spheres)."""
     hit = np.zeros(len(points), bool)
-    if not blockers:
+    if not blockers.each or not len(points):
         return hit
     x, y, z = towards
     across = np.array([[y, -x, 0.0], [-x * z, -y * z, x * x + y * y]]) / math.hypot(x, y)
-    centres = np.array([blocker.centre for blocker in blockers]) @ across.T
-    radii = np.array([blocker.radius_m for blocker in blockers])
+    centres, radii = blockers.centres @ across.T, blockers.radii
     u, v = np.einsum("ij,j->i", points, across[0]), np.einsum("ij,j->i", points, across[1])
-    if not len(u):
-        return hit
     near_u = (centres[:, 0] + radii > u.min()) & (centres[:, 0] - radii < u.max())
     near_v = (centres[:, 1] + radii > v.min()) & (centres[:, 1] - radii < v.max())
     for k in np.flatnonzero(near_u & near_v):
         near = np.flatnonzero((np.abs(u - centres[k, 0]) < radii[k]) & (np.abs(v - centres[k, 1]) < radii[k]))
         if len(near):
-            blocker = blockers[k]
+            blocker = blockers.each[k]
             local = np.einsum("ij,jk->ik", points[near] - blocker.centre, blocker.rotation)
             ray = towards @ blocker.rotation
             hit[near] |= _ray_meets_box(local, np.where(np.abs(ray) < 1e-12, 1e-12, ray), blocker.half)
