@@ -109,24 +109,39 @@ class Lighting:
     def openness(self, points: Array) -> Array:
         """Return the share of diffuse light that reaches each point (n, 3): less inside the tunnel."""
         openness = np.ones(len(points))
-        tunnel = self.scenario.tunnel
-        if tunnel is None:
+        if self._tunnel is None:
             return openness
-        spec, course = self.scenario.arena_spec, self.scenario.course
-        s0, s1 = tunnel_s_on_centre(course, tunnel)
-        centre = road_centre(course)
-        half, around = spec.tunnel_clear_half_width_m + spec.tunnel_wall_m / 2, (s0 + s1) / 2
-        near = _near_path(points, centre, s0, s1, half)
-        s, offset = centre.project(points[near, :2], around_s_m=around, window_m=(s1 - s0) / 2 + 0.5)
+        spec, (centre, s0, s1, half) = self.scenario.arena_spec, self._tunnel
+        near = _within(points, self._tunnel_box)
+        if not len(near):
+            return openness
+        s, offset = centre.project(points[near, :2], around_s_m=(s0 + s1) / 2, window_m=(s1 - s0) / 2 + 0.5)
         inside = (np.abs(offset) < half) & (s > s0) & (s < s1) & (points[near, 2] < spec.tunnel_height_m)
         daylight = 0.5 * (np.exp(-(s - s0) / TUNNEL_REACH_M) + np.exp(-(s1 - s) / TUNNEL_REACH_M))
         openness[near] = np.where(inside, TUNNEL_FLOOR_SHARE + daylight, 1.0)
         return openness
 
+    @cached_property
+    def _tunnel(self) -> tuple[Path, float, float, float] | None:
+        """The road's middle, the stretch of it that the tunnel covers, half the tunnel's width."""
+        tunnel, spec, course = self.scenario.tunnel, self.scenario.arena_spec, self.scenario.course
+        if tunnel is None:
+            return None
+        s0, s1 = tunnel_s_on_centre(course, tunnel)
+        return road_centre(course), s0, s1, spec.tunnel_clear_half_width_m + spec.tunnel_wall_m / 2
 
-def _near_path(points: Array, centre: Path, s0: float, s1: float, half: float) -> NDArray[np.intp]:
-    way = centre.poses(np.linspace(s0, s1, 24))[:, :2]
-    (x0, y0), (x1, y1) = way.min(axis=0) - half, way.max(axis=0) + half
+    @cached_property
+    def _tunnel_box(self) -> tuple[float, float, float, float]:
+        """x0, y0, x1, y1 around the tunnel."""
+        assert self._tunnel
+        centre, s0, s1, half = self._tunnel
+        way = centre.poses(np.linspace(s0, s1, 24))[:, :2]
+        (x0, y0), (x1, y1) = way.min(axis=0) - half, way.max(axis=0) + half
+        return float(x0), float(y0), float(x1), float(y1)
+
+
+def _within(points: Array, box: tuple[float, float, float, float]) -> NDArray[np.intp]:
+    x0, y0, x1, y1 = box
     x, y = points[:, 0], points[:, 1]
     return np.flatnonzero((x > x0) & (x < x1) & (y > y0) & (y < y1))
 
