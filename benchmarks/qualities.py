@@ -2,8 +2,8 @@
 
 Usage: python benchmarks/qualities.py [--rounds 5]
 
-A frame is colours and labels read back, no lens or noise; all three draw on the processor. first frame s: from the start
-of the process, imports, arena and the compiling of shaders included.
+A frame is colours and labels read back, no lens or noise; all three draw on the processor. first frame s: from the
+start of the process, imports, arena and the compiling of shaders included.
 """
 
 import argparse

@@ -10,7 +10,10 @@ from arenas import arena, rig, stops
 from turns import serve
 
 from adc_bench.render.renderer import ArenaRenderer
+from adc_bench.world.robot import Motion
 from adc_bench.world.sensors import Lens
+
+MOTION, STOP_S = Motion(v_mps=1.0), 1.7  # the poses are that far apart at this speed
 
 (width_px, height_px), mode = map(int, sys.argv[1:3]), sys.argv[3]
 cameras = int(sys.argv[5]) if len(sys.argv) > 5 else 1
@@ -19,13 +22,17 @@ scenario = arena(0, sensor_rig)
 poses = stops(scenario)
 renderer = ArenaRenderer(sensor_rig, *sys.argv[4:5])
 renderer.load(scenario)
-take = renderer.raw if mode == "raw" else renderer.picture
+time_s = 0.0
 
 
 def step() -> None:
-    pose = next(poses)
+    global time_s
+    pose, time_s = next(poses), time_s + STOP_S
     for mount in sensor_rig.cameras:
-        take(mount.name, pose)
+        if mode == "raw":
+            renderer.raw(mount.name, pose)
+        else:
+            renderer.picture(mount.name, pose, time_s=time_s, motion=MOTION)
 
 
 step()
