@@ -31,6 +31,7 @@ LAMP_GAIN_M2 = HALL_M2 / len(LAMP_GRID) / math.pi
 LAMP_SOFT_M2 = 0.25  # a lamp is no point
 TUNNEL_FLOOR_SHARE = 0.015  # light deep inside, relative to outside
 TUNNEL_REACH_M = 0.7  # e-folding depth of daylight behind an opening
+MOUTH_M, MOUTH_REACH_M = 1.5, 0.25  # how far before a mouth the tunnel takes light away; e-folding length
 GROUND_SHADE, GROUND_REACH_M = 0.3, 0.12  # upright surfaces are darker near the floor
 
 
@@ -107,7 +108,7 @@ class Lighting:
         return share
 
     def openness(self, points: Array) -> Array:
-        """Return the share of diffuse light that reaches each point (n, 3): less inside the tunnel."""
+        """Return the share of diffuse light that reaches each point (n, 3): less in the tunnel and at its mouths."""
         openness = np.ones(len(points))
         if self._tunnel is None:
             return openness
@@ -115,10 +116,15 @@ class Lighting:
         near = _within(points, self._tunnel_box)
         if not len(near):
             return openness
-        s, offset = centre.project(points[near, :2], around_s_m=(s0 + s1) / 2, window_m=(s1 - s0) / 2 + 0.5)
-        inside = (np.abs(offset) < half) & (s > s0) & (s < s1) & (points[near, 2] < spec.tunnel_height_m)
+        s, offset = centre.project(points[near, :2], around_s_m=(s0 + s1) / 2, window_m=(s1 - s0) / 2 + MOUTH_M)
+        low = points[near, 2] < spec.tunnel_height_m
+        inside = low & (np.abs(offset) < half) & (s > s0) & (s < s1)
         daylight = 0.5 * (np.exp(-(s - s0) / TUNNEL_REACH_M) + np.exp(-(s1 - s) / TUNNEL_REACH_M))
-        openness[near] = np.where(inside, TUNNEL_FLOOR_SHARE + daylight, 1.0)
+        before = np.maximum(s0 - s, s - s1)
+        lost = (0.5 - TUNNEL_FLOOR_SHARE) * np.exp(-before / MOUTH_REACH_M)
+        lost *= np.exp(-np.maximum(np.abs(offset) - half, 0.0) / MOUTH_REACH_M)
+        at_mouth = np.where(low & (before > 0) & (before < MOUTH_M), 1.0 - lost, 1.0)
+        openness[near] = np.where(inside, TUNNEL_FLOOR_SHARE + daylight, at_mouth)
         return openness
 
     @cached_property
@@ -136,7 +142,8 @@ class Lighting:
         assert self._tunnel
         centre, s0, s1, half = self._tunnel
         way = centre.poses(np.linspace(s0, s1, 24))[:, :2]
-        (x0, y0), (x1, y1) = way.min(axis=0) - half, way.max(axis=0) + half
+        reach = half + MOUTH_M
+        (x0, y0), (x1, y1) = way.min(axis=0) - reach, way.max(axis=0) + reach
         return float(x0), float(y0), float(x1), float(y1)
 
 

@@ -19,11 +19,18 @@ from adc_bench.world.streams import stream
 
 Rgb = tuple[float, float, float]
 TwoTone = NDArray[np.uint8]
+Bounds = tuple[float, float, float, float]
 METRES_PER_TEXEL_COURSE = 0.005
 PAINT_SAMPLES = 4  # along each side of a texel
 PAINT_MARGIN_M, FLOOR_GRID_M = 0.2, 0.05  # the grid: whole texels of paint and of light
 METRES_PER_TEXEL_HALL = 0.02
-METRES_PER_TEXEL_DUST = 0.04
+METRES_PER_TEXEL_FIELD = 0.04  # of what varies slowly over the hall's floor
+FIELD_REACH_M = (12.0, 8.0)
+FIELD_SHAPE = (
+    round(2 * FIELD_REACH_M[1] / METRES_PER_TEXEL_FIELD),
+    round(2 * FIELD_REACH_M[0] / METRES_PER_TEXEL_FIELD),
+)
+STREAK_M = 1.3  # length of the streaks that wheels leave on a covering
 
 
 class FloorKind(msgspec.Struct, frozen=True, kw_only=True):
@@ -124,20 +131,19 @@ def _samples(points: NDArray[np.float64], x0: float, y1: float, fine_m: float) -
 
 def floor_texture(kind: FloorKind, seed: int, spec: CourseSpec) -> TwoTone:
     """Return the painted part of the floor, (h, w, 4)."""
-    rng = stream(seed, "floor")
-    mask = paint_mask(spec)
-    tone = _floor_tone(kind, mask.shape, METRES_PER_TEXEL_COURSE, rng)
+    mask, bounds = paint_mask(spec), course_bounds(spec)
+    tone = _floor_tone(kind, seed, mask.shape, bounds, stream(seed, "grain"))
     wear = _wear(mask.shape, METRES_PER_TEXEL_COURSE, stream(seed, "wear"))
-    dust = _dust(mask.shape, course_bounds(spec), seed)
+    dust = _dust(mask.shape, bounds, seed)
     return np.asarray(cv2.merge([tone, mask, wear, dust]), np.uint8)
 
 
 def hall_texture(kind: FloorKind, seed: int, length_m: float, width_m: float) -> TwoTone:
     """Return the bare floor of the whole hall, (h, w, 4)."""
     shape = (round(width_m / METRES_PER_TEXEL_HALL), round(length_m / METRES_PER_TEXEL_HALL))
-    tone = _floor_tone(kind, shape, METRES_PER_TEXEL_HALL, stream(seed, "hall"))
-    none = np.zeros(shape, np.uint8)
-    dust = _dust(shape, (-length_m / 2, -width_m / 2, length_m / 2, width_m / 2), seed)
+    bounds = (-length_m / 2, -width_m / 2, length_m / 2, width_m / 2)
+    tone = _floor_tone(kind, seed, shape, bounds, stream(seed, "hall"))
+    none, dust = np.zeros(shape, np.uint8), _dust(shape, bounds, seed)
     return np.asarray(cv2.merge([tone, none, none, dust]), np.uint8)
 
 
@@ -145,38 +151,48 @@ def _wear(shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Genera
     """Return where paint wears off: patches, and tyre marks across and along the road."""
     coarse = _coarse(shape)
     texel = metres_per_texel * COARSE
-    worn = 0.35 + 0.3 * _blotches(coarse, 0.15, texel, rng) + 0.2 * _blotches(coarse, 0.9, texel, rng)
+    worn = 0.3 + 0.4 * _blotches(coarse, 0.12, texel, rng) + 0.3 * _blotches(coarse, 0.9, texel, rng)
     marks = np.zeros(coarse, np.uint8)
     _draw_strokes(marks, 60, (0.6, 2.5), 0.035 / texel, texel, rng)
-    worn += 0.5 * cv2.GaussianBlur(marks, (0, 0), 1.0).astype(np.float32) / 255
+    worn += 0.7 * cv2.GaussianBlur(marks, (0, 0), 1.0).astype(np.float32) / 255
     return _refined(255 * np.clip(worn, 0, 1), shape)
 
 
-def _dust(shape: tuple[int, ...], bounds: tuple[float, float, float, float], seed: int) -> NDArray[np.uint8]:
-    """Return where dust and light scuffs lie within bounds (x0, y0, x1, y1): one field for the whole hall."""
-    field, (reach_x, reach_y) = _dust_field(seed), DUST_REACH_M
-    x0, _, x1, y1 = bounds
-    per_texel = (x1 - x0) / shape[1] / METRES_PER_TEXEL_DUST
-    left, top = (x0 + reach_x) / METRES_PER_TEXEL_DUST, (reach_y - y1) / METRES_PER_TEXEL_DUST
+def _dust(shape: tuple[int, ...], bounds: Bounds, seed: int) -> NDArray[np.uint8]:
+    """Return where dust and light scuffs lie within bounds."""
+    return _part_of(_dust_field(seed), shape, bounds)
+
+
+def _part_of(field: NDArray[np.uint8], shape: tuple[int, ...], bounds: Bounds) -> NDArray[np.uint8]:
+    """Return the part within bounds, as fine as `shape`, of a field over the whole hall: no seam between floors."""
+    (reach_x, reach_y), (x0, _, x1, y1) = FIELD_REACH_M, bounds
+    per_texel = (x1 - x0) / shape[1] / METRES_PER_TEXEL_FIELD
+    left, top = (x0 + reach_x) / METRES_PER_TEXEL_FIELD, (reach_y - y1) / METRES_PER_TEXEL_FIELD
     middle = 0.5 * per_texel - 0.5  # of the first texel, in the field's
     place = np.array([[per_texel, 0, left + middle], [0, per_texel, top + middle]])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return np.asarray(cv2.warpAffine(field, place, (shape[1], shape[0]), flags=flags), np.uint8)
 
 
-DUST_REACH_M = (12.0, 8.0)
-
-
 @lru_cache(maxsize=2)
 def _dust_field(seed: int) -> NDArray[np.uint8]:
     """Return dust over the hall and some more: faint clouds, and strokes of shoes and wheels."""
-    rng, texel = stream(seed, "dust"), METRES_PER_TEXEL_DUST
-    shape = (round(2 * DUST_REACH_M[1] / texel), round(2 * DUST_REACH_M[0] / texel))
-    dust = 0.10 + 0.06 * _blotches(shape, 0.5, texel, rng) + 0.05 * _blotches(shape, 2.0, texel, rng)
-    scuffs = np.zeros(shape, np.uint8)
+    rng, texel = stream(seed, "dust"), METRES_PER_TEXEL_FIELD
+    dust = 0.10 + 0.06 * _blotches(FIELD_SHAPE, 0.5, texel, rng) + 0.05 * _blotches(FIELD_SHAPE, 2.0, texel, rng)
+    scuffs = np.zeros(FIELD_SHAPE, np.uint8)
     _draw_strokes(scuffs, 300, (0.05, 0.6), 1.0, texel, rng)
     dust += 0.30 * cv2.GaussianBlur(scuffs, (0, 0), 0.6).astype(np.float32) / 255
     return np.asarray(np.clip(255 * dust, 0, 255), np.uint8)
+
+
+@lru_cache(maxsize=2)
+def _tone_field(kind: FloorKind, seed: int) -> NDArray[np.uint8]:
+    """Return what varies slowly of a covering's tone over the hall and some more, 128 being the albedo itself."""
+    rng, texel, (rows, columns) = stream(seed, "floor"), METRES_PER_TEXEL_FIELD, FIELD_SHAPE
+    tone = 1 + kind.blotch * _blotches(FIELD_SHAPE, 0.3, texel, rng)
+    streaks = rng.standard_normal((rows, round(columns * texel / STREAK_M))).astype(np.float32)
+    tone += kind.streak * cv2.resize(streaks, (columns, rows))
+    return np.asarray(np.clip(128 * tone, 0, 255), np.uint8)
 
 
 def _draw_strokes(
@@ -200,21 +216,17 @@ def _draw_strokes(
 
 
 def _floor_tone(
-    kind: FloorKind, shape: tuple[int, ...], metres_per_texel: float, rng: np.random.Generator
+    kind: FloorKind, seed: int, shape: tuple[int, ...], bounds: Bounds, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
     """Return the tone around 128 = the albedo itself (the shader's colour is doubled to match).
 
     What varies slowly is drawn on a coarser grid; only the grain is drawn texel by texel, and added in one pass.
     """
     height, width = shape[:2]
-    rows, columns = _coarse(shape)
-    slow = kind.blotch * _blotches((rows, columns), 0.3, metres_per_texel * COARSE, rng)
-    streaks = rng.standard_normal((rows, max(2, columns // 64))).astype(np.float32)
-    slow += kind.streak * cv2.resize(cv2.GaussianBlur(streaks, (1, 3), 0.7), (columns, rows))
     grain = np.frombuffer(rng.bytes(height * width), np.uint8).reshape(height, width)
-    finer = METRES_PER_TEXEL_COURSE / metres_per_texel
+    finer = METRES_PER_TEXEL_COURSE / ((bounds[2] - bounds[0]) / width)
     gain = math.sqrt(finer) * kind.grain * 128 / 74  # 74: the standard deviation of a uniform byte
-    tone = cv2.addWeighted(_refined(128 * (1 + slow), shape), 1.0, grain, gain, -127.5 * gain)
+    tone = cv2.addWeighted(_part_of(_tone_field(kind, seed), shape, bounds), 1.0, grain, gain, -127.5 * gain)
     if kind.speckle:
         tone[grain < 256 * kind.speckle] = 128 + 112 * finer
     return np.asarray(tone, np.uint8)
