@@ -1,8 +1,11 @@
 """Parts of the arena as materials of SAPIEN's own packs: albedo in the base colour, baked light in the emission."""
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 import sapien
+from numpy.typing import NDArray
 
 from adc_bench.render.light import Lighting
 from adc_bench.render.meshes import Samples
@@ -43,7 +46,7 @@ def glowing(part: Part, light: Light | None) -> sapien.render.RenderMaterial:
 
 def albedo_texture(albedo: Plain | Painted | TwoTone) -> sapien.render.RenderTexture2D:
     """Return the texture of linear albedo."""
-    picture = albedo.picture()
+    picture = _picture_of(albedo)
     return sapien.render.RenderTexture2D(
         picture, "R8G8B8A8Unorm", mipmap_levels=_levels(albedo, picture.shape), address_mode="edge"
     )
@@ -51,7 +54,7 @@ def albedo_texture(albedo: Plain | Painted | TwoTone) -> sapien.render.RenderTex
 
 def emission_texture(part: Part, light: Light) -> sapien.render.RenderTexture2D:
     """Return the texture of light (h, w, 4) times albedo, as fine as the finer of the two."""
-    albedo = part.albedo.picture().astype(np.float32)
+    albedo = _picture_of(part.albedo).astype(np.float32)
     size = max(albedo.shape[1], light.shape[1]), max(albedo.shape[0], light.shape[0])
     picture = _resized(albedo, size) * (_resized(light, size) / np.float32(255))
     return sapien.render.RenderTexture2D(
@@ -60,6 +63,11 @@ def emission_texture(part: Part, light: Light) -> sapien.render.RenderTexture2D:
         mipmap_levels=_levels(part.albedo, picture.shape),
         address_mode="edge",
     )
+
+
+@lru_cache(maxsize=2)  # both parts of the course, each with its albedo and its light, need one large picture
+def _picture_of(albedo: Plain | Painted | TwoTone) -> NDArray[np.uint8]:
+    return albedo.picture()
 
 
 def _resized(picture: Light, size: tuple[int, int]) -> Light:
