@@ -5,6 +5,7 @@ import sys
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import shapely
@@ -12,6 +13,7 @@ import shapely
 from adc_bench.dataset import FrameDataset, load_split
 from adc_bench.errors import InputError, UsageError
 from adc_bench.generate import render_split
+from adc_bench.world.categories import CATEGORIES
 from adc_bench.world.frame import Label
 from adc_bench.world.scenario import Scenario
 
@@ -102,7 +104,7 @@ def test_more_frames_than_seeds_are_refused(tmp_path: Path) -> None:
 
 
 def test_crosswalk_boxes_lie_where_the_stored_pose_projects_the_crosswalk(rendered: Path) -> None:
-    """The whole chain against a pinhole of our own: sampling, rendering, labels, files."""
+    """The whole chain against OpenCV's camera: sampling, rendering, labels, files."""
     dataset = FrameDataset(rendered)
     checked = 0
     for i in dataset.image_ids:
@@ -110,16 +112,23 @@ def test_crosswalk_boxes_lie_where_the_stored_pose_projects_the_crosswalk(render
             if label.category_id == 1 and label.visible_fraction > 0.97 and label.truncation < 1e-6:
                 x, y = _project_crosswalk(dataset.scenario(i), dataset.camera(i), dataset.pose_world_camera(i))
                 np.testing.assert_allclose(label.amodal_box_px, (x.min(), y.min(), x.max(), y.max()), atol=0.01)
-                np.testing.assert_allclose(label.box_px, _box_of_pixels(x, y), atol=1.0)
+                # Something may hide a corner's last pixels: the tight box may lie further in, never further out.
+                further_in = (np.array(label.box_px) - _box_of_pixels(x, y)) * (1, 1, -1, -1)
+                assert np.all(further_in >= -1.0) and np.all(further_in <= 3.0)
                 checked += 1
     assert checked >= 10
 
 
 def _project_crosswalk(scenario: Scenario, camera: str, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    corners = np.column_stack([scenario.course.crosswalk_corners, np.zeros(4), np.ones(4)])
-    right, down, forward, _ = np.linalg.inv(pose) @ corners.T
-    focal_px = SIZE[0] / 2 / math.tan(scenario.rig.camera(camera).hfov_rad / 2)
-    return focal_px * right / forward + SIZE[0] / 2, focal_px * down / forward + SIZE[1] / 2
+    corners = np.column_stack([scenario.course.crosswalk_corners, np.zeros(4)])
+    ring = shapely.segmentize(shapely.LinearRing(corners), 0.01)
+    mount, seen = scenario.rig.camera(camera), np.linalg.inv(pose)
+    focal_px = SIZE[0] / 2 / math.tan(mount.hfov_rad / 2)
+    matrix = np.array([[focal_px, 0.0, SIZE[0] / 2], [0.0, focal_px, SIZE[1] / 2], [0.0, 0.0, 1.0]])
+    lens = np.array([mount.lens.k1, mount.lens.k2, 0.0, 0.0])
+    points = shapely.get_coordinates(ring, include_z=True)
+    pixels, _ = cv2.projectPoints(points, cv2.Rodrigues(seen[:3, :3])[0], seen[:3, 3], matrix, lens)
+    return pixels[:, 0, 0], pixels[:, 0, 1]
 
 
 def _box_of_pixels(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
@@ -132,14 +141,14 @@ def _box_of_pixels(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, f
 def test_panels_show_the_sign_of_their_category(rendered: Path) -> None:
     """The sign's colour in the picture agrees with its label: arrows are green, the stop cross is red."""
     dataset = FrameDataset(rendered)
-    names = ("crosswalk", "up", "left", "right", "stop", "park", "end")
     checked = 0
     for i in dataset.image_ids:
         for label in dataset.annotations(i):
-            if names[label.category_id - 1] in ("up", "left", "right", "stop") and _is_plain(label):
+            name = CATEGORIES[label.category_id - 1]
+            if name in ("panel_up", "panel_left", "panel_right", "panel_stop") and _is_plain(label):
                 x0, y0, x1, y1 = (int(value) for value in label.box_px)
                 red, green, _ = dataset.picture(i)[y0:y1, x0:x1].reshape(-1, 3).astype(float).mean(axis=0)
-                assert (red > green) == (names[label.category_id - 1] == "stop")
+                assert (red > green) == (name == "panel_stop")
                 checked += 1
     assert checked >= 5
 
