@@ -154,7 +154,7 @@ def test_panels_show_the_sign_of_their_category(rendered: Path) -> None:
 
 
 def _is_whole(label: Label) -> bool:
-    return label.visible_fraction > 0.97 and label.truncation < 1e-6 and not label.ignore
+    return label.visible_fraction > 0.97 and label.truncation < 1e-6 and label.visible_px > 40
 
 
 def _is_plain(label: Label) -> bool:
