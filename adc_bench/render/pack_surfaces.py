@@ -11,8 +11,9 @@ from adc_bench.render.light import Lighting
 from adc_bench.render.meshes import Samples
 from adc_bench.render.parts import Light, Painted, Part, Plain, TwoTone
 
-# SAPIEN's packs reflect 0.08 of `specular` head-on; a clear coat of lacquer reflects 0.04.
-COAT_SPECULAR, COAT_ROUGHNESS = 0.5, 0.3
+# SAPIEN's packs reflect 0.08 of `specular` head-on, a clear coat of lacquer 0.04. Half of that, because a traced floor
+# mirrors the even sky, which is brighter than the walls in its place.
+COAT_SPECULAR, COAT_ROUGHNESS = 0.25, 0.3
 
 
 def light_at(lighting: Lighting, samples: Samples) -> Light:
