@@ -2,7 +2,8 @@
 # make demo     render, train, drive, score, rank: everything once, into demo/
 # make test     the checks and the tests          make proofs   the long ones
 # make weights  train the weights that ship with the package       make bench   measure the README's figures
-.PHONY: setup demo test check proofs weights bench lock
+# make pictures draw the pictures of docs/arena.md
+.PHONY: setup demo test check proofs weights bench pictures lock
 BIN := .venv/bin
 
 setup:
@@ -28,6 +29,9 @@ weights: setup
 
 bench: setup
 	@sh scripts/bench.sh
+
+pictures: setup
+	$(BIN)/python scripts/arena_pictures.py
 
 lock:
 	sh scripts/lock.sh --upgrade

@@ -70,7 +70,7 @@ def main() -> None:
     write(out / "looks.jpg", eight_looks(renderer))
     write(out / "signs_all.jpg", sign_sheet(renderer))
     for name in COURSE_SETS:
-        top_view(renderer, name, out / f"top_{name}.png")
+        top_view(renderer, name, out / f"top_{name}.jpg")
     exposure_line(renderer, out)
 
 
@@ -206,7 +206,7 @@ def top_view(renderer: ArenaRenderer, course_set: str, path: Path) -> None:
         f"{np.median(offset):.2f} px, 99th percentile {np.percentile(offset, 99):.2f} px, largest {offset.max():.2f} px"
     )
     draw_outlines(whole, arena.course, x0, y1)
-    cv2.imwrite(str(path), cv2.resize(whole, None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA)[..., ::-1])
+    write(path, np.asarray(cv2.resize(whole, None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA)))
 
 
 def edge_offsets_px(
