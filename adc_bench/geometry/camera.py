@@ -54,7 +54,10 @@ class Camera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         return np.array([[self.fx_px, 0.0, self.cx_px], [0.0, self.fy_px, self.cy_px], [0.0, 0.0, 1.0]])
 
     def project(self, points_camera: ArrayLike) -> Array:
-        """Return the pixels (n, 2) of points (n, 3) in front of the camera (z > 0; others give nan)."""
+        """Return the pixels (n, 2) of points (n, 3) in front of the camera (z > 0; others give nan).
+
+        So do points so far aside that the distortion's polynomial would fold them back into the picture.
+        """
         points = np.asarray(points_camera, dtype=np.float64)
         z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
         plane = self._distorted(points[:, :2] / z[:, None])
@@ -108,8 +111,21 @@ class Camera(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         if self.k1 == 0.0 == self.k2:
             return plane
         square = np.sum(plane**2, axis=1, keepdims=True)
-        distorted: Array = plane * (1 + self.k1 * square + self.k2 * square**2)
+        scale = np.where(square < self._fold_square, 1 + self.k1 * square + self.k2 * square**2, np.nan)
+        distorted: Array = plane * scale
         return distorted
+
+    @property
+    def _fold_square(self) -> float:
+        """The least r^2 from which on s(r) r falls: the first root of its derivative 1 + 3 k1 r^2 + 5 k2 r^4."""
+        a, b = 5 * self.k2, 3 * self.k1
+        if a == 0:
+            return -1 / b if b < 0 else math.inf
+        inner = b * b - 4 * a
+        if inner < 0:
+            return math.inf
+        roots = [(-b - math.sqrt(inner)) / (2 * a), (-b + math.sqrt(inner)) / (2 * a)]
+        return min((root for root in roots if root > 0), default=math.inf)
 
     def _undistorted(self, distorted: Array) -> Array:
         """Solve s(r) r = r' by Newton's method; r grows with r' over the whole picture for any lens worth having."""

@@ -71,6 +71,17 @@ def check_start(scenario: Scenario, start: Pose2, where: str) -> None:
 
 
 def _check_rig(rig: SensorRig, where: str) -> None:
+    names = [mount.name for mount in rig.cameras]
+    if rig.semantic and rig.semantic.camera not in names:
+        raise InputError(
+            where=where,
+            found=f"a semantic camera on {rig.semantic.camera!r}",
+            wanted=f"a camera of the rig: {_listed(names)}",
+            todo="name one of them",
+        )
+    late = [*rig.cameras, rig.encoders, rig.imu, *([rig.laser] if rig.laser else [])]
+    if not all(0 <= sensor.latency_s < math.inf for sensor in late):
+        raise InputError(where=where, found="a sensor's negative latency_s", wanted="0 or more seconds", todo="mend it")
     for mount in rig.cameras:
         for good, found, wanted in _mount_faults(mount):
             if not good:

@@ -72,3 +72,12 @@ def test_a_camera_without_distortion_covers_itself() -> None:
 def test_a_lens_that_folds_the_border_back_is_refused() -> None:
     with pytest.raises(InputError, match=r"k1 = -0\.4, k2 = 0\.0, which show one direction twice"):
         camera_of((-0.4, 0.0), hfov_deg=100).covering_pinhole()
+
+
+def test_what_lies_beyond_the_fold_of_a_distortion_is_not_seen() -> None:
+    camera = Camera.from_hfov(width_px=320, height_px=240, hfov_rad=math.radians(70), k1=-0.3)
+    radius = math.sqrt(1 / 0.9)  # where r - 0.3 r^3 is largest
+    inside, outside = camera.project([[radius - 0.01, 0.0, 1.0], [radius + 0.01, 0.0, 1.0]])
+    assert np.isfinite(inside).all() and np.isnan(outside).all()
+    published = Camera.from_hfov(width_px=320, height_px=240, hfov_rad=math.radians(70), k1=-0.276, k2=0.045)
+    assert np.isfinite(published.project([[9.0, 0.0, 1.0]])).all()

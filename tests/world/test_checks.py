@@ -18,7 +18,7 @@ from adc_bench.world.footprints import extents
 from adc_bench.world.furniture import Furniture
 from adc_bench.world.layout import BoxPlace, Layout, Works
 from adc_bench.world.scenario import Scenario
-from adc_bench.world.sensors import SensorRig
+from adc_bench.world.sensors import ImuSpec, LaserSpec, SemanticCameraSpec, SensorRig
 from adc_bench.world.setup import load_layout
 from adc_bench.world.solids import Solid
 from adc_bench.world.works import blocked_by, layout_bodies
@@ -150,6 +150,20 @@ def test_a_camera_that_cannot_be_is_refused_by_name(changed: dict[str, float], f
     with pytest.raises(InputError) as caught:
         arena(rig=msgspec.structs.replace(rig, cameras=(mount, rig.cameras[1])))
     assert caught.value.found == found and caught.value.where == "the arena test"
+
+
+@pytest.mark.parametrize(
+    ("rig", "found"),
+    [
+        (SensorRig(semantic=SemanticCameraSpec(camera="rear")), "a semantic camera on 'rear'"),
+        (SensorRig(laser=LaserSpec(latency_s=-0.1)), "a sensor's negative latency_s"),
+        (SensorRig(imu=ImuSpec(latency_s=math.nan)), "a sensor's negative latency_s"),
+    ],
+)
+def test_a_rig_that_cannot_be_is_refused(rig: SensorRig, found: str, arena: SetUp) -> None:
+    with pytest.raises(InputError) as caught:
+        arena(rig=rig)
+    assert caught.value.found == found
 
 
 def test_furniture_in_the_way_is_refused_by_name(arena: SetUp) -> None:
