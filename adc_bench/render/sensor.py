@@ -73,7 +73,7 @@ def _noisy(bgr: Picture, sd: NDArray[np.float64], rng: np.random.Generator) -> P
     y, x = rng.integers(0, SLACK_PX, 2)
     unit = _unit_noise(height, width)[y : y + height, x : x + width]
     table = np.minimum(np.round(sd * SD_PARTS), SD_MAX).astype(np.int16)
-    noise = cv2.LUT(bgr, table) * unit
+    noise: NDArray[np.int16] = np.asarray(cv2.LUT(bgr, table), np.int16) * unit
     noise += 1 << (SHIFT - 1)
     noise >>= SHIFT
     return np.asarray(cv2.add(bgr, noise, dtype=cv2.CV_8U), np.uint8)

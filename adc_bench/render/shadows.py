@@ -63,7 +63,7 @@ def shadowed(points: Array, towards: Array, blockers: Blockers) -> NDArray[np.bo
     u, v = np.einsum("ij,j->i", points, across[0]), np.einsum("ij,j->i", points, across[1])
     near_u = (centres[:, 0] + radii > u.min()) & (centres[:, 0] - radii < u.max())
     near_v = (centres[:, 1] + radii > v.min()) & (centres[:, 1] - radii < v.max())
-    for k in np.flatnonzero(near_u & near_v):
+    for k in np.flatnonzero(near_u & near_v).tolist():
         near = np.flatnonzero((np.abs(u - centres[k, 0]) < radii[k]) & (np.abs(v - centres[k, 1]) < radii[k]))
         if len(near):
             blocker = blockers.each[k]

@@ -79,8 +79,9 @@ def _check_rig(rig: SensorRig, where: str) -> None:
             wanted=f"a camera of the rig: {_listed(names)}",
             todo="name one of them",
         )
-    late = [*rig.cameras, rig.encoders, rig.imu, *([rig.laser] if rig.laser else [])]
-    if not all(0 <= sensor.latency_s < math.inf for sensor in late):
+    latencies_s = [rig.encoders.latency_s, rig.imu.latency_s, *(mount.latency_s for mount in rig.cameras)]
+    latencies_s += [rig.laser.latency_s] if rig.laser else []
+    if not all(0 <= latency_s < math.inf for latency_s in latencies_s):
         raise InputError(where=where, found="a sensor's negative latency_s", wanted="0 or more seconds", todo="mend it")
     for mount in rig.cameras:
         for good, found, wanted in _mount_faults(mount):
