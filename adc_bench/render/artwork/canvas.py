@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
-FINER = 3  # drawn so many times finer, with smooth edges, then averaged
+FINER = 2  # drawn so many times finer, with smooth edges, then averaged
 SHIFT = 4  # binary places of OpenCV's coordinates
 
 
