@@ -49,10 +49,8 @@ def eye(renderer: ArenaRenderer) -> Eye:
     return Eye(renderer)
 
 
-def shot(eye: Eye, scenario: Scenario, view: tuple[float, ...], **moves: object) -> tuple[Picture, Picture]:
+def shot(eye: Eye, scenario: Scenario, view: tuple[float, ...]) -> tuple[Picture, Picture]:
     arena = FastScene(eye.scene, scenario)
-    if moves:
-        arena.place(**moves)  # type: ignore[arg-type]
     pictures = eye.look(*view)
     arena.remove()
     return pictures
