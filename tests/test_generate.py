@@ -29,12 +29,12 @@ def _files(root: Path) -> dict[str, bytes]:
 def rendered(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two full shards, made by two workers."""
     root = tmp_path_factory.mktemp("generate") / "two"
-    render_split(VAL, root, frames=128, size_px=SIZE, workers=2)
+    render_split(VAL, root, count=128, size_px=SIZE, workers=2)
     return root
 
 
 def test_a_frame_is_the_same_for_any_number_of_workers_and_frames(rendered: Path, tmp_path: Path) -> None:
-    render_split(VAL, tmp_path / "one", frames=66, size_px=SIZE, workers=1)
+    render_split(VAL, tmp_path / "one", count=66, size_px=SIZE, workers=1)
     assert (tmp_path / "one" / "shard-00000.h5").read_bytes() == (rendered / "shard-00000.h5").read_bytes()
     few, many = FrameDataset(tmp_path / "one"), FrameDataset(rendered)
     for i in (64, 65):
@@ -62,7 +62,7 @@ def test_a_killed_run_is_taken_up_and_ends_in_the_same_bytes(rendered: Path, tmp
     assert not (root / "shard-00001.h5").exists()
     (root / "shard-00001.h5.tmp").write_bytes(b"half a shard")
     first, told = (root / "shard-00000.h5").stat(), []
-    render_split(VAL, root, frames=128, size_px=SIZE, progress=told.append)
+    render_split(VAL, root, count=128, size_px=SIZE, progress=told.append)
     assert told == [64, 128]
     assert (root / "shard-00000.h5").stat().st_ino == first.st_ino
     assert _files(root) == _files(rendered)
@@ -76,7 +76,7 @@ def test_a_folder_of_another_run_is_refused_and_left_alone(rendered: Path) -> No
         (VAL, 64, SIZE, "frames = 128"),
     ):
         with pytest.raises(InputError) as caught:
-            render_split(split, rendered, frames=frames, size_px=size)
+            render_split(split, rendered, count=frames, size_px=size)
         assert told in str(caught.value) and "--overwrite" in str(caught.value)
     assert _files(rendered) == before
 
@@ -85,21 +85,21 @@ def test_a_folder_with_other_files_is_refused_even_to_overwrite(tmp_path: Path) 
     (tmp_path / "letter.txt").write_text("keep me")
     for overwrite in (False, True):
         with pytest.raises(InputError, match="a folder with other files"):
-            render_split(VAL, tmp_path, frames=2, size_px=SIZE, overwrite=overwrite)
+            render_split(VAL, tmp_path, count=2, size_px=SIZE, overwrite=overwrite)
     assert _files(tmp_path) == {"letter.txt": b"keep me"}
 
 
 def test_overwrite_replaces_a_dataset_and_spares_the_rest(tmp_path: Path) -> None:
-    render_split(VAL, tmp_path / "a", frames=66, size_px=SIZE)
+    render_split(VAL, tmp_path / "a", count=66, size_px=SIZE)
     (tmp_path / "a" / "notes.txt").write_text("mine")
-    render_split(VAL, tmp_path / "a", frames=2, size_px=SIZE, overwrite=True)
-    render_split(VAL, tmp_path / "b", frames=2, size_px=SIZE)
+    render_split(VAL, tmp_path / "a", count=2, size_px=SIZE, overwrite=True)
+    render_split(VAL, tmp_path / "b", count=2, size_px=SIZE)
     assert _files(tmp_path / "a") == {**_files(tmp_path / "b"), "notes.txt": b"mine"}
 
 
 def test_more_frames_than_seeds_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="1 to 1600000 frames"):
-        render_split(VAL, tmp_path / "a", frames=1_600_001)
+        render_split(VAL, tmp_path / "a", count=1_600_001)
     assert not (tmp_path / "a").exists()
 
 

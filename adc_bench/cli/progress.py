@@ -5,8 +5,11 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def progress_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
-    """Yield a function to be told how many are done; shows a bar on a terminal's stderr, nothing elsewhere."""
+def progress_bar(title: str, total: int | None = None) -> Iterator[Callable[..., None]]:
+    """Yield a function to be told how many are done (and of how many, if only the work knows).
+
+    It shows a bar on a terminal's stderr, nothing elsewhere.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -14,4 +17,4 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[int], None]]:
     columns = (TextColumn(title), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as progress:
         bar = progress.add_task(title, total=total)
-        yield lambda count: progress.update(bar, completed=count)
+        yield lambda count, total=total: progress.update(bar, completed=count, total=total)

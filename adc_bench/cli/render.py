@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 from time import perf_counter
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -11,16 +11,25 @@ from adc_bench.cli.progress import progress_bar
 from adc_bench.errors import UsageError
 from adc_bench.world.quality import Quality
 
+Kind = Literal["frames", "drives"]
+
 
 def render(
     split: Annotated[str, typer.Option(help="A split's name (splits/NAME.toml) or the path of its file.")],
     out: Annotated[Path, typer.Option(help="The dataset's folder; run again on it to resume.")],
-    frames: Annotated[int | None, typer.Option(help="How many frames; the split's own number if left out.")] = None,
+    frames: Annotated[
+        int | None, typer.Option(help="How many frames or drives; the split's own number if left out.")
+    ] = None,
+    kind: Annotated[Kind, typer.Option(help="Independent frames, or drives with all sensors.")] = "frames",
     size: Annotated[str, typer.Option(help="Picture size, WIDTHxHEIGHT in pixels.")] = "320x240",
     quality: Annotated[
         Quality, typer.Option(help="fast, or SAPIEN's own packs with shadows or traced paths (seconds a frame).")
     ] = "fast",
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; one per processor if left out.")] = None,
+    frames_per_shard: Annotated[int, typer.Option(min=1, help="Frames in one file.")] = 256,
+    salt_file: Annotated[
+        Path | None, typer.Option(help="The secret of a salted split; or ADC_BENCH_SALT in the environment.")
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a dataset of another run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
@@ -30,15 +39,20 @@ def render(
     size_px, chosen = parse_size(size), load_split(split)
     from adc_bench.engine import default_workers
     from adc_bench.generate import render_split
+    from adc_bench.world.salt import load_salt
 
-    with progress_bar("rendering", frames or chosen.frames) as tell:
+    salt = load_salt(salt_file)
+    with progress_bar("rendering shards") as tell:
         start_s = perf_counter()
         summary = render_split(
             chosen,
             out,
-            frames=frames,
+            kind=kind,
+            count=frames,
             size_px=size_px,
             quality=quality,
+            salt=salt,
+            frames_per_shard=frames_per_shard,
             workers=workers or default_workers(),
             overwrite=overwrite,
             progress=tell,

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from adc_bench.dataset.layout import COCO
 from adc_bench.dataset.read import FrameDataset
 from adc_bench.errors import InputError
 from adc_bench.world.frame import BoxPx, Label
@@ -17,7 +18,7 @@ TOLERANCE = 1e-6
 def find_problems(dataset: FrameDataset) -> Iterator[str]:
     """Yield a sentence for each fault: digests, pictures, boxes, poses, and COCO against the shards."""
     for entry in dataset.manifest.shards:
-        if hashlib.sha256((dataset.root / entry.file).read_bytes()).hexdigest() != entry.sha256:
+        if hashlib.sha256(dataset.store.read(entry.file)).hexdigest() != entry.sha256:
             yield f"{entry.file}: other bytes than were written"
     for i in range(len(dataset)):
         try:
@@ -59,15 +60,15 @@ def _inside(box: BoxPx, width_px: int, height_px: int) -> bool:
 
 def _coco_problems(dataset: FrameDataset) -> Iterator[str]:
     try:
-        document = json.loads(dataset.coco_path.read_bytes())
+        document = json.loads(dataset.store.read(COCO))
         images = [image["id"] for image in document["images"]]
         boxes = Counter(annotation["image_id"] for annotation in document["annotations"])
     except (ValueError, KeyError, TypeError):
-        yield f"{dataset.coco_path.name}: not the COCO file that was written"
+        yield f"{COCO}: not the COCO file that was written"
         return
-    if images != dataset.image_ids:
-        yield f"{dataset.coco_path.name}: its images are not the dataset's frames"
+    if images != list(dataset.image_ids):
+        yield f"{COCO}: its images are not the dataset's frames"
     for i in dataset.image_ids:
         labels = len(dataset.annotations(i))
         if boxes[i] != labels:
-            yield f"{dataset.coco_path.name}: {boxes[i]} annotations for frame {i}, {labels} labels"
+            yield f"{COCO}: {boxes[i]} annotations for frame {i}, {labels} labels"

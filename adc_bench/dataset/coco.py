@@ -3,11 +3,10 @@
 from collections.abc import Iterator, Sequence
 
 import msgspec
-import numpy as np
-from scipy.spatial.transform import Rotation
 
 from adc_bench.dataset.layout import Manifest
 from adc_bench.dataset.shard import Shard
+from adc_bench.geometry import Pose3
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.frame import BoxPx, Label
 
@@ -21,10 +20,10 @@ def coco_json(manifest: Manifest, shards: Sequence[Shard]) -> bytes:
     images: list[dict[str, object]] = []
     annotations: list[dict[str, object]] = []
     for number, shard in enumerate(shards):
-        for row, record in enumerate(shard.records):
-            index = int(shard.frame_index[row])
+        for row, index in enumerate(shard.frame_index.tolist()):
             images.append(_image(manifest, number, row, shard))
-            annotations += [_annotation(len(annotations) + k, index, lb) for k, lb in enumerate(record.labels, start=1)]
+            labels = shard.labels(row)
+            annotations += [_annotation(len(annotations) + k, index, lb) for k, lb in enumerate(labels, start=1)]
     categories = [{"id": id_, "name": name, "supercategory": name.split("_")[0]} for name, id_ in CATEGORY_ID.items()]
     document = {
         "info": {"description": f"adc-bench split {manifest.split.name}", "version": manifest.software["adc_bench"]},
@@ -37,7 +36,7 @@ def coco_json(manifest: Manifest, shards: Sequence[Shard]) -> bytes:
 
 
 def _image(manifest: Manifest, number: int, row: int, shard: Shard) -> dict[str, object]:
-    conditions = shard.records[row].conditions
+    conditions = shard.conditions(row)
     return {
         "id": int(shard.frame_index[row]),
         "file_name": f"{manifest.shards[number].file}#{row}",
@@ -83,7 +82,6 @@ def _tum_rows(camera: str, shards: Sequence[Shard]) -> Iterator[str]:
     for shard in shards:
         for row, name in enumerate(shard.cameras):
             if name == camera:
-                pose = shard.pose_world_camera[row]
-                quaternion = Rotation.from_matrix(pose[:3, :3]).as_quat(canonical=True)
-                numbers = np.concatenate([pose[:3, 3], quaternion])
+                matrix = shard.pose_world_camera[row]
+                numbers = Pose3(rotation=matrix[:3, :3], translation_m=matrix[:3, 3]).figures()
                 yield f"{shard.frame_index[row]} " + " ".join(f"{value:.9f}" for value in numbers)

@@ -6,6 +6,7 @@ dataset.toml  README.md  shard-00000.h5 ...  annotations/instances.json  poses/<
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
@@ -13,10 +14,12 @@ from adc_bench.dataset.split import Split
 from adc_bench.world.quality import Quality
 from adc_bench.world.sensors import CameraMount
 
-SCHEMA = 1
-FRAMES_PER_SHARD = 64
+SCHEMA = 2
+FRAMES_PER_SHARD = 256
 MANIFEST = "dataset.toml"
 CARD = "README.md"
+Kind = Literal["frames", "drives"]
+Extra = Literal["depth", "semantic"]
 COCO = "annotations/instances.json"
 
 
@@ -52,16 +55,26 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     boxes: dict[str, int]
 
 
+class AnyManifest(msgspec.Struct):
+    """What every version of `dataset.toml` says."""
+
+    schema: int
+
+
 class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`dataset.toml`. An unfinished dataset has neither summary nor shards."""
 
     schema: int = SCHEMA
-    frames: int
+    kind: Kind = "frames"
+    count: int  # of frames, or of drives
+    frames_per_shard: int = FRAMES_PER_SHARD  # of drives, each is a shard
     split: Split
     split_sha256: str
+    salt_sha256: str | None = None
     software: dict[str, str]
     cameras: tuple[CameraMount, ...]
     quality: Quality = "fast"
+    extras: tuple[Extra, ...] = ()
     summary: Summary | None = None
     shards: tuple[ShardEntry, ...] = ()
 
@@ -72,13 +85,14 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     @property
     def shard_count(self) -> int:
-        """How many shards the frames fill."""
-        return -(-self.frames // FRAMES_PER_SHARD)
+        """How many shards the frames or drives fill."""
+        return self.count if self.kind == "drives" else -(-self.count // self.frames_per_shard)
 
     def shard_frames(self, number: int) -> range:
-        """Return the indices of the frames in a shard."""
-        first = number * FRAMES_PER_SHARD
-        return range(first, min(first + FRAMES_PER_SHARD, self.frames))
+        """Return the indices of the frames in a shard of a dataset of frames."""
+        assert self.kind == "frames", "how many frames a drive has, only driving it tells"
+        first = number * self.frames_per_shard
+        return range(first, min(first + self.frames_per_shard, self.count))
 
 
 def write_file(path: Path, data: bytes) -> None:

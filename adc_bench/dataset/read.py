@@ -7,13 +7,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.dataset.layout import COCO, FRAMES_PER_SHARD, MANIFEST, SCHEMA, Manifest, ShardEntry, shard_name
+from adc_bench.dataset.layout import COCO, MANIFEST, SCHEMA, AnyManifest, Manifest, ShardEntry
 from adc_bench.dataset.shard import Shard, damaged
+from adc_bench.dataset.store import Store
 from adc_bench.errors import InputError
 from adc_bench.geometry import Pose2
 from adc_bench.world.categories import CATEGORIES
-from adc_bench.world.frame import Conditions, Label
-from adc_bench.world.records import load_record
+from adc_bench.world.frame import Conditions, Label, LaneLine
+from adc_bench.world.records import parse_record
 from adc_bench.world.scenario import Scenario
 
 RENDER = "make one with: adc-bench render --split NAME --out DIR"
@@ -29,18 +30,20 @@ class FrameDataset:
 
     categories = CATEGORIES
 
-    def __init__(self, root: Path) -> None:
-        self.root = root
-        self.manifest = load_manifest(root)
-        _check_whole(root, self.manifest)
-        self.coco_path = root / COCO
+    def __init__(self, root: Path | str) -> None:
+        self.store = Store(root)
+        self.manifest = load_manifest(self.store)
+        _check_whole(self.store, self.manifest)
+        counts = [entry.frames for entry in self.manifest.shards]
+        self._ends = np.cumsum(counts)
+        self._starts = self._ends - counts
         self.width_px = self.manifest.cameras[0].width_px
         self.height_px = self.manifest.cameras[0].height_px
-        self.image_ids = list(range(self.manifest.frames))
+        self.image_ids = range(len(self))
         self._shards: dict[int, Shard] = {}
 
     def __len__(self) -> int:
-        return self.manifest.frames
+        return int(self._ends[-1])
 
     def jpeg(self, i: int) -> bytes:
         """Return picture i as delivered."""
@@ -51,20 +54,33 @@ class FrameDataset:
         """Return picture i as rgb, (height, width, 3) uint8."""
         bgr = cv2.imdecode(np.frombuffer(self.jpeg(i), dtype=np.uint8), cv2.IMREAD_COLOR)
         if bgr is None or bgr.shape != (self.height_px, self.width_px, 3):
-            raise damaged(
-                self.root / shard_name(i // FRAMES_PER_SHARD), f"frame {i} is not a picture of the right size"
-            )
+            raise damaged(self.store.path(self.file(i)), f"frame {i} is not a picture of the right size")
         return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
     def annotations(self, i: int) -> Sequence[Label]:
         """Return the labels of frame i, ignore regions among them."""
         shard, row = self._locate(i)
-        return shard.records[row].labels
+        return shard.labels(row)
+
+    def lane_lines(self, i: int) -> Sequence[LaneLine]:
+        """Return the painted lines within frame i."""
+        shard, row = self._locate(i)
+        return shard.lane_lines(row)
+
+    def depth_mm(self, i: int) -> NDArray[np.uint16] | None:
+        """Return the distances along the camera's axis (h, w), 0 for unknown; None in a dataset without depth."""
+        shard, row = self._locate(i)
+        return shard.picture_row("depth_mm", row)
+
+    def semantic(self, i: int) -> NDArray[np.uint8] | None:
+        """Return the class of each pixel (h, w); None in a dataset without semantic masks."""
+        shard, row = self._locate(i)
+        return shard.picture_row("semantic", row)
 
     def conditions(self, i: int) -> Conditions:
         """Return the circumstances of frame i."""
         shard, row = self._locate(i)
-        return shard.records[row].conditions
+        return shard.conditions(row)
 
     def camera(self, i: int) -> str:
         """Return the name of the camera that took frame i."""
@@ -87,57 +103,60 @@ class FrameDataset:
     def scenario(self, i: int) -> Scenario:
         """Return the arena that frame i was taken in."""
         shard, row = self._locate(i)
-        name = shard.records[row].conditions.scenario
-        return next(scenario for scenario in shard.scenarios if scenario.name == name)
+        return shard.scenarios[shard.conditions(row).scenario]
+
+    def file(self, i: int) -> str:
+        """Return the name of the shard that holds frame i."""
+        return self.manifest.shards[int(np.searchsorted(self._ends, i, side="right"))].file
 
     def _locate(self, i: int) -> tuple[Shard, int]:
         if not 0 <= i < len(self):
             raise IndexError(f"frame {i} of {len(self)}")
-        number, row = divmod(i, FRAMES_PER_SHARD)
+        number = int(np.searchsorted(self._ends, i, side="right"))
         if number not in self._shards:
             entry = self.manifest.shards[number]
-            self._shards[number] = Shard(self.root / entry.file, entry.frames)
-        return self._shards[number], row
+            self._shards[number] = Shard(self.store, entry.file, entry.frames)
+        return self._shards[number], i - int(self._starts[number])
 
 
-def load_manifest(root: Path) -> Manifest:
+def load_manifest(store: Store) -> Manifest:
     """Return `dataset.toml` of a folder, finished or not.
 
     Raises:
         InputError: there is no such folder, it is no dataset, or its file is broken or of another schema.
     """
-    wanted = f"a dataset folder with {MANIFEST}"
-    if not root.is_dir():
-        raise InputError(where=str(root), found="no such folder", wanted=wanted, todo=RENDER)
-    if not (root / MANIFEST).is_file():
-        raise InputError(where=str(root), found=f"a folder without {MANIFEST}", wanted=wanted, todo=RENDER)
-    manifest = load_record(root / MANIFEST, Manifest)
-    if manifest.schema != SCHEMA:
+    if not store.exists(MANIFEST):
         raise InputError(
-            where=str(root / MANIFEST), found=f"schema {manifest.schema}", wanted=f"schema {SCHEMA}", todo=RENDER
+            where=store.path(""),
+            found=f"no {MANIFEST}" if store.names() else "no such folder",
+            wanted=f"a dataset folder with {MANIFEST}",
+            todo=RENDER,
         )
-    return manifest
+    where = store.path(MANIFEST)
+    schema = parse_record(store.read(MANIFEST), where, AnyManifest).schema
+    if schema != SCHEMA:
+        raise InputError(where=where, found=f"schema {schema}", wanted=f"schema {SCHEMA}", todo=RENDER)
+    return parse_record(store.read(MANIFEST), where, Manifest)
 
 
-def _check_whole(root: Path, manifest: Manifest) -> None:
+def _check_whole(store: Store, manifest: Manifest) -> None:
     if manifest.summary is None:
         raise InputError(
-            where=str(root),
+            where=store.path(""),
             found="an unfinished dataset",
             wanted="a finished one",
-            todo=f"finish it with: adc-bench render --split {manifest.split.name} --out {root} (as it was begun)",
+            todo=f"finish it with: adc-bench render --split {manifest.split.name} --out {store.path('')} (as begun)",
         )
-    frames = [len(manifest.shard_frames(number)) for number in range(manifest.shard_count)]
-    if [entry.frames for entry in manifest.shards] != frames:
-        raise damaged(root / MANIFEST, "shards that do not add up", f"{manifest.frames} frames")
+    if len(manifest.shards) != manifest.shard_count:
+        raise damaged(store.path(MANIFEST), f"{len(manifest.shards)} shards", f"{manifest.shard_count} shards")
     for entry in manifest.shards:
-        _check_size(root / entry.file, entry)
-    if not (root / COCO).is_file():
-        raise damaged(root / COCO, "no such file")
+        _check_size(store, entry)
+    if manifest.kind == "frames" and not store.exists(COCO):
+        raise damaged(store.path(COCO), "no such file")
 
 
-def _check_size(path: Path, entry: ShardEntry) -> None:
-    size = path.stat().st_size if path.is_file() else None
+def _check_size(store: Store, entry: ShardEntry) -> None:
+    size, path = store.size(entry.file), store.path(entry.file)
     if size is None:
         raise damaged(path, "no such file", f"a shard of {entry.frames} frames")
     if size != entry.size_bytes:

@@ -44,13 +44,13 @@ def scenario_number(split: Split, index: int) -> int:
     return index // split.frames_per_scenario
 
 
-def draw_scenario(split: Split, number: int, rig: SensorRig) -> Scenario:
-    """Return the split's scenario of this number.
+def draw_scenario(split: Split, number: int, rig: SensorRig, salt: bytes | None = None) -> Scenario:
+    """Return the split's scenario of this number; a salted split needs its salt.
 
     Raises:
         InputError: a layout of the split or the rig makes an arena that cannot be.
     """
-    seed = split.seed_first + number
+    seed = split.seed(number, salt)
     levels = split.looks.light_levels
     course = COURSE_SETS[split.course]
     with_signs = bool(stream(seed, "with signs").random() < split.signs_share)

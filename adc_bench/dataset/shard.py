@@ -1,50 +1,83 @@
-"""A shard: up to 64 frames in one HDF5 file without time stamps, so that equal frames give equal bytes.
+"""A shard: up to some hundred frames in one HDF5 file without time stamps, so that equal frames give equal bytes.
 
-Datasets, n frames: `jpeg` (bytes of all pictures) with `jpeg_offset` (n + 1); `frame_index` (n); `camera_index` (n,
-into the attribute `cameras`); `pose_world_camera` (n, 4, 4); `pose_world_robot` (n, 3: x, y in metres, yaw in radians);
-`record` with `record_offset` (n + 1): one JSON object a frame with its labels and conditions; `scenario` with
-`scenario_offset`: one JSON object for each scenario in the shard.
+The file's parts, n frames: `frame_index` (n); `jpeg` (bytes of all pictures) with `jpeg_offset` (n + 1); `camera_index`
+(n, into the attribute `cameras`); `pose_world_camera` (n, 4, 4); `pose_world_robot` (n, 3: x, y in metres, yaw in
+radians); `motion` (n, 2: m/s, rad/s); the groups `conditions`, `labels` and `lane_lines` (see `columns.py`); `scenario`
+with `scenario_offset`: one JSON object for each arena in the shard. Where asked for, `depth_mm` (n, h, w) uint16, 0 for
+nothing within its range, and `semantic` (n, h, w) uint8.
 """
 
 import io
-import itertools
 from collections.abc import Sequence
-from pathlib import Path
+from functools import cached_property
 
 import h5py
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from adc_bench.dataset.columns import (
+    Columns,
+    conditions_at,
+    labels_at,
+    lane_lines_at,
+    put_array,
+    put_blobs,
+    put_conditions,
+    put_labels,
+    put_lane_lines,
+    take_blobs,
+    take_conditions,
+    take_labels,
+    take_lane_lines,
+)
+from adc_bench.dataset.store import Store
 from adc_bench.errors import InputError
-from adc_bench.world.frame import Conditions, Frame, Label
+from adc_bench.world.frame import Conditions, Frame, Label, LaneLine
 from adc_bench.world.scenario import Scenario
 
 Array = NDArray[np.float64]
 
 
-class FrameRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a shard says in JSON about a frame."""
-
-    labels: tuple[Label, ...]
-    conditions: Conditions
-
-
 def encode_shard(frames: Sequence[Frame], cameras: Sequence[str], scenarios: Sequence[Scenario]) -> bytes:
     """Return the bytes of the HDF5 file that holds these frames."""
-    records = [msgspec.json.encode(FrameRecord(labels=f.labels, conditions=f.conditions)) for f in frames]
-    robots = [(f.pose_world_robot.x_m, f.pose_world_robot.y_m, f.pose_world_robot.yaw_rad) for f in frames]
     buffer = io.BytesIO()
     with h5py.File(buffer, "w") as file:
-        file.attrs["cameras"] = np.array([name.encode() for name in cameras])
-        _put_blobs(file, "jpeg", [frame.jpeg for frame in frames])
-        file["frame_index"] = np.array([frame.index for frame in frames], dtype=np.int64)
-        file["camera_index"] = np.array([list(cameras).index(frame.camera) for frame in frames], dtype=np.int64)
-        file["pose_world_camera"] = np.array([frame.pose_world_camera.matrix() for frame in frames])
-        file["pose_world_robot"] = np.array(robots)
-        _put_blobs(file, "record", records)
-        _put_blobs(file, "scenario", [msgspec.json.encode(scenario) for scenario in scenarios])
+        put_frames(file, frames, cameras, scenarios)
     return buffer.getvalue()
+
+
+def put_frames(file: h5py.File, frames: Sequence[Frame], cameras: Sequence[str], scenarios: Sequence[Scenario]) -> None:
+    """Write the frames' parts into an open file."""
+    robots = [(f.pose_world_robot.x_m, f.pose_world_robot.y_m, f.pose_world_robot.yaw_rad) for f in frames]
+    file.attrs["cameras"] = np.array([name.encode() for name in cameras])
+    put_blobs(file, "jpeg", [frame.jpeg for frame in frames])
+    file["frame_index"] = np.array([frame.index for frame in frames], dtype=np.int64)
+    file["camera_index"] = np.array([list(cameras).index(frame.camera) for frame in frames], dtype=np.int64)
+    put_array(file, "pose_world_camera", np.array([frame.pose_world_camera.matrix() for frame in frames]))
+    put_array(file, "pose_world_robot", np.array(robots))
+    put_array(file, "motion", np.array([(frame.motion.v_mps, frame.motion.omega_radps) for frame in frames]))
+    put_conditions(file.create_group("conditions"), [frame.conditions for frame in frames])
+    put_labels(file.create_group("labels"), [frame.labels for frame in frames])
+    put_lane_lines(file.create_group("lane_lines"), [frame.lane_lines for frame in frames])
+    put_blobs(file, "scenario", [msgspec.json.encode(scenario) for scenario in scenarios])
+    _put_pictures(file, frames)
+
+
+def _put_pictures(file: h5py.File, frames: Sequence[Frame]) -> None:
+    depths = [frame.depth_m for frame in frames if frame.depth_m is not None]
+    semantics = [frame.semantic for frame in frames if frame.semantic is not None]
+    if depths:
+        millimetres = np.rint(np.stack(depths) * 1000)
+        depth_mm = np.where(millimetres <= np.iinfo(np.uint16).max, millimetres, 0).astype(np.uint16)
+        _put_stack(file, "depth_mm", depth_mm)
+    if semantics:
+        _put_stack(file, "semantic", np.stack(semantics))
+
+
+def _put_stack(file: h5py.File, name: str, stack: NDArray[np.unsignedinteger]) -> None:
+    """Write pictures (n, h, w), each a chunk of its own."""
+    file.create_dataset(name, data=stack, chunks=(1, *stack.shape[1:]), compression="gzip", compression_opts=1)
 
 
 class Shard:
@@ -54,17 +87,21 @@ class Shard:
         InputError: the file is missing, is no HDF5 file, is damaged, or does not hold `frames` frames.
     """
 
-    def __init__(self, path: Path, frames: int) -> None:
-        self._path = path
+    def __init__(self, store: Store, name: str, frames: int) -> None:
+        self._store, self._name = store, name
+        self._read_file()
+        if len(self.frame_index) != frames:
+            raise damaged(store.path(name), f"{len(self.frame_index)} frames", f"{frames} frames")
+
+    def _read_file(self) -> None:
+        path = self._store.path(self._name)
         try:
-            with h5py.File(path, "r") as file:
+            with self._store.open(self._name) as stream, h5py.File(stream, "r") as file:
                 self._read(file)
         except FileNotFoundError:
             raise damaged(path, "no such file") from None
-        except (OSError, KeyError, ValueError, msgspec.MsgspecError) as error:
+        except (OSError, KeyError, ValueError, RuntimeError, msgspec.MsgspecError) as error:
             raise damaged(path, f"not a readable shard: {error}") from None
-        if len(self.records) != frames:
-            raise damaged(path, f"{len(self.records)} frames", f"{frames} frames")
 
     def _read(self, file: h5py.File) -> None:
         cameras: list[str] = [name.decode() for name in file.attrs["cameras"]]
@@ -72,37 +109,54 @@ class Shard:
         self.frame_index: NDArray[np.int64] = file["frame_index"][:]
         self.pose_world_camera: Array = file["pose_world_camera"][:]
         self.pose_world_robot: Array = file["pose_world_robot"][:]
-        self.records = [msgspec.json.decode(blob, type=FrameRecord) for blob in _take_blobs(file, "record")]
-        self.scenarios = [msgspec.json.decode(blob, type=Scenario) for blob in _take_blobs(file, "scenario")]
+        self.motion: Array = file["motion"][:]
+        self.condition_columns: Columns = take_conditions(file["conditions"])
+        self.label_columns: Columns = take_labels(file["labels"])
+        self.lane_line_columns: Columns = take_lane_lines(file["lane_lines"])
+        self._scenarios = take_blobs(file, "scenario")
         # The pictures lie in the file as they are, so plain reads serve them, whatever forks or threads there are.
         self._jpeg_start = int(file["jpeg"].id.get_offset()) + file["jpeg_offset"][:]
+
+    def __len__(self) -> int:
+        return len(self.frame_index)
+
+    @cached_property
+    def scenarios(self) -> dict[str, Scenario]:
+        """The arenas in the shard, by name."""
+        decoded = [msgspec.json.decode(blob, type=Scenario) for blob in self._scenarios]
+        return {scenario.name: scenario for scenario in decoded}
+
+    def labels(self, row: int) -> tuple[Label, ...]:
+        """Return a frame's labels."""
+        return labels_at(self.label_columns, row)
+
+    def lane_lines(self, row: int) -> tuple[LaneLine, ...]:
+        """Return a frame's lane lines."""
+        return lane_lines_at(self.lane_line_columns, row)
+
+    def conditions(self, row: int) -> Conditions:
+        """Return a frame's conditions."""
+        return conditions_at(self.condition_columns, row)
 
     def jpeg(self, row: int) -> bytes:
         """Return the picture's bytes as delivered."""
         start, end = int(self._jpeg_start[row]), int(self._jpeg_start[row + 1])
         try:
-            with self._path.open("rb") as file:
-                file.seek(start)
-                data = file.read(end - start)
+            data = self._store.read(self._name, start, end)
         except OSError as error:
-            raise damaged(self._path, error.strerror or "an unreadable file") from None
+            raise damaged(self._store.path(self._name), error.strerror or "an unreadable file") from None
         if len(data) != end - start:
-            raise damaged(self._path, "a truncated file")
+            raise damaged(self._store.path(self._name), "a truncated file")
         return data
 
+    def picture_row(self, name: str, row: int) -> NDArray[np.unsignedinteger] | None:
+        """Return a frame's `depth_mm` or `semantic` (h, w), None where the dataset has none."""
+        with self._store.open(self._name) as stream, h5py.File(stream, "r") as file:
+            return np.asarray(file[name][row]) if name in file else None
 
-def damaged(path: Path, found: str, wanted: str = "the file as it was written") -> InputError:
+
+def damaged(path: str, found: str, wanted: str = "the file as it was written") -> InputError:
     """Return the error for a dataset's file that cannot be used."""
     return InputError(
-        where=str(path), found=found, wanted=wanted, todo="copy the dataset again, or delete the file and render again"
+        where=path, found=found, wanted=wanted, todo="copy the dataset again, or delete the file and render again"
     )
-
-
-def _put_blobs(file: h5py.File, name: str, blobs: Sequence[bytes]) -> None:
-    file[name] = np.frombuffer(b"".join(blobs), dtype=np.uint8)
-    file[f"{name}_offset"] = np.cumsum([0, *(len(blob) for blob in blobs)], dtype=np.int64)
-
-
-def _take_blobs(file: h5py.File, name: str) -> list[bytes]:
-    data, offset = file[name][:].tobytes(), file[f"{name}_offset"][:]
-    return [data[start:end] for start, end in itertools.pairwise(offset)]

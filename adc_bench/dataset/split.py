@@ -8,6 +8,7 @@ from adc_bench.world.course import CourseName
 from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily
 from adc_bench.world.records import find_record, load_record
 from adc_bench.world.robot import RobotName
+from adc_bench.world.salt import salted_seed
 from adc_bench.world.setup import RANDOM_LAYOUTS, load_layout
 
 
@@ -32,6 +33,7 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     crosswalk_share: float = 0.5
     objects_share: float = 0.3
     looks: LookFamily
+    salted: bool = False  # its seeds follow from a private salt, so that none can make it who has not the salt
 
     def __post_init__(self) -> None:
         if not (self.seed_count > 0 and self.frames_per_scenario > 0):
@@ -53,6 +55,13 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     def frames_max(self) -> int:
         """How many frames the seeds allow."""
         return self.seed_count * self.frames_per_scenario
+
+    def seed(self, number: int, salt: bytes | None) -> int:
+        """Return the seed of the scenario of this number; a salted split needs its salt."""
+        if not self.salted:
+            return self.seed_first + number
+        assert salt is not None, "load_salt comes first"
+        return salted_seed(salt, self.name, number)
 
     @property
     def sha256(self) -> str:

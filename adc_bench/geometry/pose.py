@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from adc_bench.geometry.angles import wrap_rad
 
@@ -70,6 +71,18 @@ class Pose3:
         """Return the points (n, 3) in the outer frame."""
         points: Array = np.asarray(points_inner, dtype=np.float64) @ self.rotation.T + self.translation_m
         return points
+
+    @classmethod
+    def from_figures(cls, figures: ArrayLike) -> "Pose3":
+        """Return the pose of seven figures: x, y, z in metres and the quaternion x, y, z, w."""
+        values = np.asarray(figures, dtype=np.float64)
+        return cls(rotation=Rotation.from_quat(values[3:]).as_matrix(), translation_m=values[:3].copy())
+
+    def figures(self) -> tuple[float, float, float, float, float, float, float]:
+        """Return x, y, z in metres and the quaternion x, y, z, w (w >= 0)."""
+        x, y, z = self.translation_m.tolist()
+        qx, qy, qz, qw = Rotation.from_matrix(self.rotation).as_quat(canonical=True).tolist()
+        return x, y, z, qx, qy, qz, qw
 
     def matrix(self) -> Array:
         """Return the homogeneous matrix (4, 4)."""

@@ -5,12 +5,13 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+import pycocotools.mask
 import shapely
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Camera, Pose3
 from adc_bench.render.targets import Target
-from adc_bench.world.frame import BoxPx, Label
+from adc_bench.world.frame import NO_KEYPOINTS, BoxPx, KeypointPx, Label
 
 Array = NDArray[np.float64]
 Geometries = NDArray[np.object_]
@@ -47,6 +48,10 @@ def labels_of(
                 instance=target.instance,
                 box_px=box,
                 amodal_box_px=_within_picture(bounds[k], camera) if areas[k] else box,
+                amodal_box_whole_px=_within_picture(bounds[k], camera) if areas[k] else box,
+                mask_rle=pycocotools.mask.encode(np.asfortranarray(ids == target.label_id, np.uint8))["counts"],
+                pose_world_object=target.pose_world_object.figures(),
+                keypoints_px=_keypoints(target, faces_camera[k][0], camera),
                 visible_px=visible_px,
                 visible_fraction=fraction,
                 truncation=float(truncations[k]),
@@ -62,6 +67,14 @@ def _shows_front(target: Target, pose_camera_object: Pose3) -> bool:
         return True
     (corner,) = pose_camera_object.transform(target.faces[0][:1])
     return float(corner @ (pose_camera_object.rotation @ target.front)) < 0.0
+
+
+def _keypoints(target: Target, corners_camera: Array, camera: Camera) -> tuple[KeypointPx, ...]:
+    if target.front is None or len(corners_camera) != 4:
+        return NO_KEYPOINTS
+    corners = camera.project(corners_camera)
+    inside = ((corners >= 0) & (corners < (camera.width_px, camera.height_px))).all(axis=1).tolist()
+    return tuple((u, v, 2) if seen else (0.0, 0.0, 0) for (u, v), seen in zip(corners.tolist(), inside, strict=True))
 
 
 def tight_box(mask: NDArray[np.bool_]) -> BoxPx:

@@ -148,6 +148,8 @@ class ArenaRenderer:
             height_px=camera.mount.height_px,
             pose_world_robot=Pose2(x_m=float(x), y_m=float(y), yaw_rad=yaw),
             pose_world_camera=pose_camera,
+            motion=motion,
+            lane_lines=(),
             labels=labels_of(camera.view.label_ids(), self.targets, camera.view.camera, pose_camera),
             conditions=Conditions(
                 scenario=self._scenario.name,

@@ -7,28 +7,63 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2, Pose3
+from adc_bench.world.robot import Motion
 
 BoxPx = tuple[float, float, float, float]  # x0, y0, x1, y1 in pixels
+KeypointPx = tuple[float, float, int]  # u, v in pixels, and one of the three below
+KEYPOINT_OUTSIDE, KEYPOINT_HIDDEN, KEYPOINT_VISIBLE = 0, 1, 2  # outside the picture, in it but hidden, seen (COCO's v)
+NO_KEYPOINTS: tuple[KeypointPx, ...] = 4 * ((0.0, 0.0, KEYPOINT_OUTSIDE),)
 
 
 class Label(msgspec.Struct, frozen=True, kw_only=True):
     """One labelled object in one picture.
 
-    `box_px` is tight around the visible pixels; `amodal_box_px` is the projection of the whole object, clipped to the
-    picture; `visible_fraction` is visible pixels over the pixels the object would have inside the picture with nothing
-    before it; `truncation` is the share of the whole projection's area outside the picture, areas as a lens without
-    distortion would show them; `distance_m` is from the camera to the mean of the object's corners.
+    Attributes:
+        box_px: tight around the visible pixels.
+        amodal_box_px: the projection of the whole object, clipped to the picture.
+        amodal_box_whole_px: the same, not clipped but one picture's size beyond each border.
+        mask_rle: the visible pixels as COCO's compressed run lengths.
+        visible_fraction: visible pixels over those that the object would have in the picture with nothing before it.
+        truncation: share of the whole projection's area outside the picture, areas as a lens without distortion would
+            show them.
+        distance_m: from the camera to the mean of the object's corners.
+        pose_world_object: x, y, z in metres and the quaternion x, y, z, w.
+        keypoints_px: the four corners. Of the crosswalk in the course's order (-x -y, +x -y, +x +y, -x +y), of a board
+            the corners of the square or rectangle around what is shown, from the top left clockwise as seen from the
+            front. Boxes and cones have none: `NO_KEYPOINTS`.
+        ignore: too small or too hidden to be asked for (see `render/labels.py`).
     """
 
     category_id: int
     instance: str
     box_px: BoxPx
     amodal_box_px: BoxPx
+    amodal_box_whole_px: BoxPx
+    mask_rle: bytes
     visible_px: int
     visible_fraction: float
     truncation: float
     distance_m: float
+    pose_world_object: tuple[float, float, float, float, float, float, float]
+    keypoints_px: tuple[KeypointPx, ...]
     ignore: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LaneLine:
+    """A stretch of a painted line that lies within the picture.
+
+    Attributes:
+        name: `outer`, `bulge`, `drop_east`, `drop_west` (solid), `centre_east`, `centre_west`, `bulge_dashes` (dashed).
+        points_px: (n, 2) along the line's middle, in the delivered picture.
+        points_world: (n, 2) the same points on the floor, in metres.
+        visible: (n,) whether nothing stands before the point.
+    """
+
+    name: str
+    points_px: NDArray[np.float32]
+    points_world: NDArray[np.float32]
+    visible: NDArray[np.bool_]
 
 
 class Conditions(msgspec.Struct, frozen=True, kw_only=True):
@@ -49,7 +84,11 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Frame:
-    """A delivered picture with its truth. Never handed to a submission."""
+    """A delivered picture with its truth. Never handed to a submission.
+
+    `depth_m` (h, w) float32 is the distance along the camera's axis, `semantic` (h, w) uint8 the class of each pixel;
+    both only where asked for.
+    """
 
     index: int
     camera: str
@@ -58,8 +97,12 @@ class Frame:
     height_px: int
     pose_world_robot: Pose2
     pose_world_camera: Pose3
+    motion: Motion
     labels: tuple[Label, ...]
+    lane_lines: tuple[LaneLine, ...]
     conditions: Conditions
+    depth_m: NDArray[np.float32] | None = None
+    semantic: NDArray[np.uint8] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -48,22 +48,34 @@ def load_record(path: Path, record_type: type[Record]) -> Record:
     """Return the record that a TOML file holds.
 
     Raises:
-        InputError: the file is missing or unreadable, is not TOML, has an unknown key or a value of the wrong type.
+        InputError: the file is missing or unreadable, or as `parse_record`.
     """
     try:
-        return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), record_type)
+        data = path.read_bytes()
     except OSError as error:
-        raise _unusable(path, record_type, error.strerror or "an unreadable file", "name a file that exists") from None
+        found = error.strerror or "an unreadable file"
+        raise _unusable(str(path), record_type, found, "name a file that exists") from None
+    return parse_record(data, str(path), record_type)
+
+
+def parse_record(data: bytes, where: str, record_type: type[Record]) -> Record:
+    """Return the record that a TOML file's bytes hold; `where` names the file in errors.
+
+    Raises:
+        InputError: it is not TOML, has an unknown key or a value of the wrong type.
+    """
+    try:
+        return msgspec.convert(tomllib.loads(data.decode()), record_type)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise _unusable(path, record_type, f"broken TOML: {error}", "mend the file") from None
+        raise _unusable(where, record_type, f"broken TOML: {error}", "mend the file") from None
     except msgspec.ValidationError as error:
-        raise _unusable(path, record_type, str(error), "mend that key") from None
+        raise _unusable(where, record_type, str(error), "mend that key") from None
 
 
 def _place(folder: Folder) -> Path:
     return splits_folder().joinpath(*folder.split("/")[1:])
 
 
-def _unusable(path: Path, record_type: type[msgspec.Struct], found: str, todo: str) -> InputError:
+def _unusable(where: str, record_type: type[msgspec.Struct], found: str, todo: str) -> InputError:
     fields = ", ".join(field.encode_name for field in msgspec.structs.fields(record_type))
-    return InputError(where=str(path), found=found, wanted=f"TOML with the keys {fields}", todo=todo)
+    return InputError(where=where, found=found, wanted=f"TOML with the keys {fields}", todo=todo)

@@ -1,0 +1,5 @@
+"""Scenarios x renderer -> dataset: a split rendered into shards, each an idempotent task."""
+
+from adc_bench.generate.run import render_split
+
+__all__ = ["render_split"]
