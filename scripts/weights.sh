@@ -6,8 +6,8 @@ cd "$(dirname "$0")/.."
 PATH="$PWD/.venv/bin:$PATH"
 work=build/weights
 
-adc-bench render --split train --out $work/train
-adc-bench render --split val --out $work/val
+adc-bench render --split train --frames 4800 --out $work/train
+adc-bench render --split val --frames 640 --out $work/val
 resume=--resume
 [ -e $work/run/last.safetensors ] || { rm -rf $work/run && resume=; }
 adc-bench train-detector --train $work/train --val $work/val --out $work/run --device cpu \
