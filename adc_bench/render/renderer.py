@@ -122,46 +122,24 @@ class ArenaRenderer:
         The n-th of a scenario's camera always has the same noise. The camera's exposure follows from picture to
         picture; the first has settled.
         """
-        camera, wanted = self._cameras[camera_name], self.exposure(pose_world_robot)
-        lag_s = camera.mount.imaging.exposure_lag_s
-        now = self._metered[camera_name] = follow(self._metered.get(camera_name), wanted, time_s, lag_s)
-        index = self._taken[camera_name]
-        self._taken[camera_name] += 1
-        return self._take(camera, index, pose_world_robot, now.exposure, motion).file
+        return self._next_taken(camera_name, pose_world_robot, time_s, motion).file
+
+    def drive_frame(
+        self, index: int, camera_name: str, pose_world_robot: Pose3, *, time_s: float, motion: Motion = STILL
+    ) -> Frame:
+        """Return what `picture` delivers, byte for byte, with its truth; `index` only numbers the frame."""
+        taken = self._next_taken(camera_name, pose_world_robot, time_s, motion)
+        return self._with_truth(index, self._cameras[camera_name], pose_world_robot, motion, taken)
 
     def frame(self, index: int, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> Frame:
         """Return the delivered picture with its truth; noise is drawn by the frame's index.
 
         The exposure is that of a robot which came here at this motion.
         """
-        camera, look = self._cameras[camera_name], self._scenario.look
+        camera = self._cameras[camera_name]
         exposure = self._exposure_on_the_way(camera, pose_world_robot, motion)
         taken = self._take(camera, index, pose_world_robot, exposure, motion)
-        pose_camera = self.pose_world_camera(camera_name, pose_world_robot)
-        x, y, _ = pose_world_robot.translation_m
-        yaw = float(np.arctan2(pose_world_robot.rotation[1, 0], pose_world_robot.rotation[0, 0]))
-        return Frame(
-            index=index,
-            camera=camera_name,
-            jpeg=taken.file,
-            width_px=camera.mount.width_px,
-            height_px=camera.mount.height_px,
-            pose_world_robot=Pose2(x_m=float(x), y_m=float(y), yaw_rad=yaw),
-            pose_world_camera=pose_camera,
-            motion=motion,
-            lane_lines=(),
-            labels=labels_of(camera.view.label_ids(), self.targets, camera.view.camera, pose_camera),
-            conditions=Conditions(
-                scenario=self._scenario.name,
-                look_id=look.look_id,
-                light_level=look.light_level,
-                illuminance_lux=look.illuminance_lux,
-                exposure=taken.exposure,
-                shutter_s=taken.shutter_s,
-                blur_px=taken.blur_px,
-                in_tunnel=self._in_tunnel(pose_camera.translation_m[:2]),
-            ),
-        )
+        return self._with_truth(index, camera, pose_world_robot, motion, taken)
 
     def objects_in_view(self, camera_name: str, pose_world_robot: Pose3) -> tuple[SeenObject, ...]:
         """Return what the semantic camera says: the labelled objects that the camera has in view, and where they are.
@@ -212,6 +190,46 @@ class ArenaRenderer:
         pose_world_camera = self.pose_world_camera(camera.mount.name, pose_world_robot)
         camera.expose(pose_world_camera, self._scenario.look, exposure)
         return pose_world_camera
+
+    def _next_taken(self, camera_name: str, pose_world_robot: Pose3, time_s: float, motion: Motion) -> Taken:
+        """Take a drive's next picture with a camera, its exposure following from the one before."""
+        camera, wanted = self._cameras[camera_name], self.exposure(pose_world_robot)
+        lag_s = camera.mount.imaging.exposure_lag_s
+        now = self._metered[camera_name] = follow(self._metered.get(camera_name), wanted, time_s, lag_s)
+        number = self._taken[camera_name]
+        self._taken[camera_name] += 1
+        return self._take(camera, number, pose_world_robot, now.exposure, motion)
+
+    def _with_truth(
+        self, index: int, camera: RigCamera, pose_world_robot: Pose3, motion: Motion, taken: Taken
+    ) -> Frame:
+        """Return the picture just taken with its truth."""
+        look, mount = self._scenario.look, camera.mount
+        pose_camera = self.pose_world_camera(mount.name, pose_world_robot)
+        x, y, _ = pose_world_robot.translation_m
+        yaw = float(np.arctan2(pose_world_robot.rotation[1, 0], pose_world_robot.rotation[0, 0]))
+        return Frame(
+            index=index,
+            camera=mount.name,
+            jpeg=taken.file,
+            width_px=mount.width_px,
+            height_px=mount.height_px,
+            pose_world_robot=Pose2(x_m=float(x), y_m=float(y), yaw_rad=yaw),
+            pose_world_camera=pose_camera,
+            motion=motion,
+            lane_lines=(),
+            labels=labels_of(camera.view.label_ids(), self.targets, camera.view.camera, pose_camera),
+            conditions=Conditions(
+                scenario=self._scenario.name,
+                look_id=look.look_id,
+                light_level=look.light_level,
+                illuminance_lux=look.illuminance_lux,
+                exposure=taken.exposure,
+                shutter_s=taken.shutter_s,
+                blur_px=taken.blur_px,
+                in_tunnel=self._in_tunnel(pose_camera.translation_m[:2]),
+            ),
+        )
 
     def _take(self, camera: RigCamera, index: int, pose_world_robot: Pose3, exposure: float, motion: Motion) -> Taken:
         pose_world_camera = self._draw(camera, pose_world_robot, exposure)

@@ -16,6 +16,7 @@ from adc_bench.geometry import Pose2, Pose3
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.arena import Tunnel
 from adc_bench.world.categories import CATEGORY_ID, PANEL_SIGNS
+from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import SemanticCameraSpec, SensorRig
 
@@ -170,6 +171,25 @@ def test_what_a_wall_hides_is_not_labelled(renderer: ArenaRenderer, scenario_of:
         renderer.load(scenario)
         labels = [label for label in renderer.frame(0, "road", pose).labels if label.instance == "crosswalk"]
         assert len([label for label in labels if not label.ignore]) == count
+
+
+def test_a_drives_frames_are_its_pictures_with_truth(renderer: ArenaRenderer, scenario_of: Make) -> None:
+    """The exposure follows into the tunnel and noise goes by the picture's number, with truth or without."""
+    scenario, motion = scenario_of("normal", tunnel=OVER_EAST_LOOP), Motion(v_mps=1.0)
+    way = [(0.1 * k, at(6.5 + 0.1 * k, scenario)) for k in range(12)]
+    renderer.load(scenario)
+    pictures = [renderer.picture("road", pose, time_s=time_s, motion=motion) for time_s, pose in way]
+    renderer.load(scenario)
+    frames = [
+        renderer.drive_frame(100 + k, "road", pose, time_s=time_s, motion=motion)
+        for k, (time_s, pose) in enumerate(way)
+    ]
+    assert [frame.jpeg for frame in frames] == pictures
+    assert [frame.index for frame in frames] == list(range(100, 112))
+    assert frames[-1].conditions.exposure > 1.05 * frames[0].conditions.exposure
+    truth = renderer.frame(100, "road", way[0][1], motion)
+    assert frames[0].labels == truth.labels
+    assert np.allclose(frames[0].pose_world_camera.matrix(), truth.pose_world_camera.matrix())
 
 
 def test_reloading_scenarios_does_not_grow_the_process(renderer: ArenaRenderer, scenario_of: Make) -> None:
