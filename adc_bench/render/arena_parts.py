@@ -11,6 +11,7 @@ from adc_bench.render.atlas import Atlas
 from adc_bench.render.floor_light import FloorLight
 from adc_bench.render.light import LAMP_GRID, LAMP_SIZE_M, UNIT_LUX, Lighting
 from adc_bench.render.meshes import Patch, board_patches, flat_patch, patches, rectangles_mesh
+from adc_bench.render.other_ids import ID_OF_KIND, OtherId
 from adc_bench.render.parts import Painted, Part, Plain, TwoTone
 from adc_bench.render.surfaces import Rectangle, floor_rectangle, grid_cells, screen_rectangle
 from adc_bench.render.targets import label_ids
@@ -119,6 +120,7 @@ class ArenaParts:
                     key=("wall", look.wall, look.texture_seed, length, height),
                 ),
                 samples=patch.samples(WALL_TEXEL_M),
+                label_id=OtherId.WALL,
             )
 
     def _ceiling(self) -> Iterator[Part]:
@@ -128,6 +130,7 @@ class ArenaParts:
             mesh=ceiling.mesh,
             albedo=Plain(albedo=(CEILING_ALBEDO,) * 3),
             samples=ceiling.samples(WALL_TEXEL_M),
+            label_id=OtherId.WALL,
         )
         half, z = LAMP_SIZE_M / 2, self.scenario.arena_spec.hall_height_m - LAMP_DROP_M
         lamps = [
@@ -144,6 +147,7 @@ class ArenaParts:
             mesh=rectangles_mesh(lamps, [(0, 0, 1, 1)] * len(lamps)),
             albedo=Plain(albedo=(float(warm[0]), float(warm[1]), float(warm[2]))),
             glow=LAMP_RADIANCE * self.lighting.lamp_share * look.illuminance_lux / UNIT_LUX,
+            label_id=OtherId.WALL,
         )
 
     def _solids(self) -> Part:
@@ -152,14 +156,16 @@ class ArenaParts:
         solids = [
             solid for solid in self.scenario.solids if solid.kind not in ("wall", "poster") and solid.name not in boards
         ]
-        of_all = [(patch, solid.albedo) for solid in solids for patch in patches(solid)]
-        of_all += [(back, BOARD_GREY) for _, back in self._board_sides().values()]
-        atlas = Atlas.of_patches([patch for patch, _ in of_all], [albedo for _, albedo in of_all], SOLID_TEXEL_M)
+        of_all = [(patch, solid.albedo, ID_OF_KIND[solid.kind]) for solid in solids for patch in patches(solid)]
+        of_all += [(back, BOARD_GREY, OtherId.SIGN_POST) for _, back in self._board_sides().values()]
+        drawn, albedos, ids = zip(*of_all, strict=True)
+        atlas = Atlas.of_patches(drawn, albedos, SOLID_TEXEL_M)
         return Part(
             name="solids",
             mesh=atlas.mesh,
             albedo=Painted(picture=lambda: atlas.albedo),
             samples=atlas.samples,
+            texel_ids=np.array(ids, np.uint8)[atlas.of_patch],
         )
 
     def _board_sides(self) -> Mapping[str, tuple[Patch, Patch]]:
@@ -189,6 +195,7 @@ class ArenaParts:
                     mesh=front.mesh,
                     albedo=Painted.of_print(partial(poster_picture, piece.variant), key=("poster", piece.variant)),
                     samples=front.samples(WALL_TEXEL_M),
+                    label_id=OtherId.FURNITURE,
                 )
 
 

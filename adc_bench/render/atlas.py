@@ -21,11 +21,13 @@ class Atlas:
         mesh: of all patches.
         samples: where its light is sampled, in the mesh's frame.
         albedo: (h, w, 4) uint8 RGBA, linear.
+        of_patch: (h, w) which patch each texel belongs to.
     """
 
     mesh: Mesh
     samples: Samples
     albedo: NDArray[np.uint8]
+    of_patch: NDArray[np.int32]
 
     @classmethod
     def of(cls, solids: Sequence[Solid], texel_m: float) -> "Atlas":
@@ -49,7 +51,8 @@ class Atlas:
             meshes.append(patch.mesh.within((u0, v0, u0 + w / width, v0 + h / height)))
             first += h * w
         centres = [patch.texel_centres(shape) for patch, shape in zip(of_all, shapes, strict=True)]
-        colours = np.repeat(np.array(albedos), [h * w for h, w in shapes], axis=0)
+        counts = [h * w for h, w in shapes]
+        colours = np.repeat(np.array(albedos), counts, axis=0)
         rgba = np.column_stack([np.round(colours * 255), np.full(len(colours), 255)]).astype(np.uint8)
         return cls(
             mesh=joined(meshes),
@@ -59,6 +62,7 @@ class Atlas:
                 index=index,
             ),
             albedo=rgba[index],
+            of_patch=np.repeat(np.arange(len(shapes), dtype=np.int32), counts)[index],
         )
 
 

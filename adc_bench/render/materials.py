@@ -57,9 +57,12 @@ def texture_of(albedo: Painted | TwoTone) -> sapien.render.RenderTexture2D:
     return _STORE.get(albedo.key, draw)
 
 
-def lit(albedo: NDArray[np.uint8], light: Light) -> Light:
-    """Return light (h, w, 4) times albedo (h, w, 4) uint8."""
-    return np.asarray(light * (albedo.astype(np.float32) / np.float32(255)), np.float32)
+def lit(albedo: NDArray[np.uint8], light: Light, texel_ids: NDArray[np.uint8] | None = None) -> Light:
+    """Return light (h, w, 4) times albedo (h, w, 4) uint8; alpha carries each texel's label id where there are some."""
+    radiance = np.asarray(light * (albedo.astype(np.float32) / np.float32(255)), np.float32)
+    if texel_ids is not None:
+        radiance[..., 3] = texel_ids / np.float32(255)
+    return radiance
 
 
 def floor_material(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import Pose3
 from adc_bench.render.atlas import Atlas
 from adc_bench.render.meshes import Mesh, Samples
+from adc_bench.render.other_ids import ID_OF_KIND, OtherId
 from adc_bench.render.parts import Painted, Part
 from adc_bench.render.targets import label_ids
 from adc_bench.world.robot import RobotParams
@@ -51,7 +52,7 @@ class Moving:
     name: str
     solids: tuple[Solid, ...]
     start: Pose3
-    label_id: int = 0
+    label_id: int
 
     @cached_property
     def atlas(self) -> Atlas:
@@ -87,7 +88,7 @@ def moving_bodies(scenario: Scenario) -> tuple[Moving, ...]:
             name=body.name,
             solids=body.parts,
             start=body.pose.to_pose3(),
-            label_id=ids.get(body.name, 0),
+            label_id=ids[body.name] if body.category else ID_OF_KIND[body.kind],
         )
 
     return tuple(of(body) for body in scenario.bodies)
@@ -99,6 +100,7 @@ def moving_robot(scenario: Scenario) -> Moving:
         name="robot",
         solids=robot_solids(scenario.robot),
         start=Pose3(rotation=np.eye(3), translation_m=np.zeros(3)),
+        label_id=OtherId.ROBOT,
     )
 
 
@@ -154,6 +156,7 @@ def tape_part(tape: Tape, lit_poses: Mapping[str, Pose3]) -> Part:
         mesh=_tape_mesh(line),
         albedo=Painted(picture=_tape_print, key="tape"),
         samples=samples,
+        label_id=OtherId.TAPE,
         body=tape.name,
     )
 

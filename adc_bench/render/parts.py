@@ -88,7 +88,8 @@ class Part:
         samples: where irradiance over the mesh's texture coordinates is sampled, in the mesh's frame; None for the
             floor, whose light `FloorLight` holds, and for a part that glows.
         glow: radiance of the albedo's white, for a part that shines by itself.
-        label_id: in the label picture, 0 for none.
+        label_id: in the label picture, 0 for the floor.
+        texel_ids: (h, w) in its place, for a part of many things without a name: each texel's, as fine as its albedo.
         body: the body or tape that it moves with; None stands for good.
         gloss: share of a clear coat's mirror image.
         floor: whether the robot's shadow falls on it.
@@ -100,6 +101,7 @@ class Part:
     samples: Samples | None = None
     glow: float = 0.0
     label_id: int = 0
+    texel_ids: NDArray[np.uint8] | None = None
     body: str | None = None
     gloss: float = 0.0
     floor: bool = False

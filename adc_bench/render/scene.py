@@ -131,11 +131,12 @@ class FastScene:
             if part.floor:
                 material = floor_material(part, self._floor_light[part.name == "hall_floor"], mirror)
             elif picture is not None and isinstance(part.albedo, Painted) and part.albedo.key is None:
-                material = baked_material(light_texture(lit(part.albedo.picture(), picture)), part.label_id)
+                baked = lit(part.albedo.picture(), picture, part.texel_ids)
+                material = baked_material(light_texture(baked), part.label_id)
             else:
                 material = material_of(part, None if picture is None else light_texture(picture))
             self._add(part.mesh, material)
-            if part.glow and part.label_id:
+            if part.glow and isinstance(part.albedo, Painted):  # the lamps are plain
                 self._screens.append(material)
 
     def _light_of(self, samples: Sequence[Samples | None]) -> list[Light | None]:
@@ -157,7 +158,9 @@ class FastScene:
     def _add_robot(self, robot: Moving) -> None:
         (picture,) = self._light_of([robot.atlas.samples])
         assert picture is not None
-        self._robot = self._add(robot.part.mesh, baked_material(light_texture(lit(robot.atlas.albedo, picture)), 0))
+        self._robot = self._add(
+            robot.part.mesh, baked_material(light_texture(lit(robot.atlas.albedo, picture)), robot.label_id)
+        )
         self._robot.set_pose(FAR_AWAY)
 
     def _relight(self, names: Collection[str]) -> Collection[str]:

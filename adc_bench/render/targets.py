@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import Pose2, Pose3
 from adc_bench.render.artwork.canvas import arc
 from adc_bench.render.meshes import SIDES
+from adc_bench.render.other_ids import TARGET_ID_MAX
 from adc_bench.world.categories import CATEGORY_ID, PanelSign
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.signs import VerticalSign, board_outline
@@ -23,7 +24,7 @@ class Target:
     """An object that is labelled.
 
     Attributes:
-        label_id: its id in the label picture, 1..255.
+        label_id: its id in the label picture, 1..199 (`other_ids.py` has what else is in there).
         pose_world_object: where it is. Its own frame has x along the way it faces (crosswalk: the starting direction).
         faces: corners (n, 3) in its own frame of each of its convex pieces, flat ones or solid ones; their union is
             the object.
@@ -43,7 +44,9 @@ def label_ids(scenario: Scenario) -> dict[str, int]:
     panels = [solid.name for solid in scenario.solids if solid.kind == "panel"]
     signs = [sign.name for sign in scenario.signs]
     bodies = [body.name for body in scenario.bodies if body.category]
-    return {name: label_id for label_id, name in enumerate(["crosswalk", *panels, *signs, *bodies], start=1)}
+    names = ["crosswalk", *panels, *signs, *bodies]
+    assert len(names) <= TARGET_ID_MAX, "as many boxes and cones do not stand on the road"
+    return {name: label_id for label_id, name in enumerate(names, start=1)}
 
 
 def targets_of(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import ROTATION_BODY_OPTICAL, Pose2, Pose3, rotation_zyx
 from adc_bench.render import ArenaRenderer
 from adc_bench.render.arena_parts import ArenaParts
+from adc_bench.render.other_ids import OtherId
 from adc_bench.render.parts import TwoTone
 from adc_bench.render.scene import FastScene, sapien_pose
 from adc_bench.render.targets import label_ids
@@ -131,7 +132,7 @@ def test_a_torn_tape_is_gone_and_comes_back(eye: Eye) -> None:
     again, _ = eye.look(*OVER_WORKS)
     arena.remove()
     assert (whole != torn).any() and whole.tobytes() == again.tobytes()
-    assert ((labels == torn_labels) | (labels == 0) | (torn_labels != 0)).all()
+    assert (labels == OtherId.TAPE).any() and (labels == torn_labels)[labels != OtherId.TAPE].all()
 
 
 def test_the_robot_s_shadow_falls_on_the_floor_and_moves_along(eye: Eye) -> None:

@@ -7,8 +7,8 @@
 //   base colour           albedo, or the tone's colour; emission: the paint's colour
 //   ior, transmission roughness   how much of the wear, of the dust
 //   emission texture      irradiance (or, where there is no base colour texture, radiance at exposure 1);
-//                         on the floor alpha = the floodlights' share
-//   roughness             label id / 255
+//                         on the floor alpha = the floodlights' share, elsewhere label id / 255 of each texel
+//   roughness             label id / 255 of the whole, added to that
 //   transmission          1 on the floor: the robot's shadow falls here, and the hall shows in it
 //   specular              the floor's gloss; roughness texture: the hall as seen from the floor
 // The exposure comes in as the scene's ambient light; point lights carry the robot, the floodlights and the hall.
@@ -135,5 +135,6 @@ void main() {
   }
   vec3 exposed = sceneBuffer.ambientLight.rgb * radiance;
   outColor = vec4(pow(clamp(exposed, 0.0, 1.0), vec3(1.0 / 2.2)), 1);
-  outLabel = vec4(materialBuffer.roughness, 0, 0, 1);
+  bool isPiecewise = (materialBuffer.textureMask & 16) != 0 && materialBuffer.transmission < 0.5;
+  outLabel = vec4(materialBuffer.roughness + (isPiecewise ? light.a : 0), 0, 0, 1);
 }
