@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +13,7 @@ from adc_bench.errors import InputError
 from adc_bench.geometry import Pose2
 from adc_bench.world.categories import CATEGORIES
 from adc_bench.world.frame import Conditions, Label, LaneLine
+from adc_bench.world.picture import decode_picture
 from adc_bench.world.records import parse_record
 from adc_bench.world.scenario import Scenario
 
@@ -52,10 +52,10 @@ class FrameDataset:
 
     def picture(self, i: int) -> NDArray[np.uint8]:
         """Return picture i as rgb, (height, width, 3) uint8."""
-        bgr = cv2.imdecode(np.frombuffer(self.jpeg(i), dtype=np.uint8), cv2.IMREAD_COLOR)
-        if bgr is None or bgr.shape != (self.height_px, self.width_px, 3):
+        rgb = decode_picture(self.jpeg(i))
+        if rgb is None or rgb.shape != (self.height_px, self.width_px, 3):
             raise damaged(self.store.path(self.file(i)), f"frame {i} is not a picture of the right size")
-        return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), dtype=np.uint8)
+        return rgb
 
     def annotations(self, i: int) -> Sequence[Label]:
         """Return the labels of frame i, ignore regions among them."""

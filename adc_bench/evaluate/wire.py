@@ -8,9 +8,9 @@ import struct
 import time
 from typing import Any, TypeVar
 
-import cv2
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from adc_bench.api import (
     Command,
@@ -22,6 +22,7 @@ from adc_bench.api import (
     Picture,
     SeenObject,
 )
+from adc_bench.world.picture import decode_picture
 
 Message = TypeVar("Message")
 LENGTH = struct.Struct("!I")
@@ -197,7 +198,7 @@ def _scan(time_s: float, ranges: bytes) -> LaserScan:
     return LaserScan(time_s=time_s, ranges_m=np.frombuffer(ranges, dtype=RANGES).astype(np.float64))
 
 
-def _decoded(jpeg: bytes) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    bgr = cv2.imdecode(np.frombuffer(jpeg, dtype=np.uint8), cv2.IMREAD_COLOR)
-    assert bgr is not None, "the renderer's own JPEG"
-    return np.ascontiguousarray(bgr[:, :, ::-1], dtype=np.uint8)
+def _decoded(jpeg: bytes) -> NDArray[np.uint8]:
+    rgb = decode_picture(jpeg)
+    assert rgb is not None, "the renderer's own JPEG"
+    return rgb
