@@ -4,6 +4,7 @@ import hashlib
 
 import msgspec
 
+from adc_bench.dataset.drive_recipe import DriveRecipe
 from adc_bench.world.course import CourseName
 from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily
 from adc_bench.world.records import find_record, load_record
@@ -18,6 +19,7 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     `layouts` holds the shares of the scenarios that have each layout: files' names, or words of `RANDOM_LAYOUTS`.
     `signs_share` is the share with vertical signs among those drawn without road-works. `crosswalk_share` is the share
     of poses before the crosswalk, `objects_share` that of poses before signs, boxes or cones where there are any.
+    Drive k has the scenario whose seed is the k-th from the end.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     crosswalk_share: float = 0.5
     objects_share: float = 0.3
     looks: LookFamily
+    drives: DriveRecipe = DriveRecipe()
     salted: bool = False  # its seeds follow from a private salt, so that none can make it who has not the salt
 
     def __post_init__(self) -> None:
