@@ -37,6 +37,19 @@ class Warp:
                 delivered[rows] = _remap(picture, self._source[:, rows], cv2.INTER_LINEAR)
         return delivered
 
+    def affine(self, picture: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return a picture (h, w) that is affine on every flat surface, as inverse depth is, behind the lens.
+
+        A pixel's value is its nearest sample, moved to its centre along the surface's slope: no two surfaces mix.
+        """
+        if self._is_plain:
+            return picture
+        nearest = np.rint(self._source).astype(np.intp)
+        (u, v), (by_u, by_v) = nearest, self._source - nearest
+        rows, columns = np.clip(v, 0, picture.shape[0] - 1), np.clip(u, 0, picture.shape[1] - 1)
+        slope_u, slope_v = _slope(picture, 1)[rows, columns], _slope(picture, 0)[rows, columns]
+        return np.asarray(picture[rows, columns] + by_u * slope_u + by_v * slope_v, np.float32)
+
     def ids(self, ids: Picture) -> Picture:
         """Return label ids (h, w) behind the lens: each pixel's is its centre's."""
         return ids if self._is_plain else _remap(ids, self._source, cv2.INTER_NEAREST)
@@ -56,6 +69,15 @@ class Warp:
             cv2.accumulateSquare(_remap(picture, moved, cv2.INTER_LINEAR).reshape(total.shape), total)
         mean = cv2.convertScaleAbs(cv2.sqrt(total), alpha=1 / math.sqrt(taps))
         return np.asarray(mean.reshape(height, width, 4), np.uint8)
+
+
+def _slope(picture: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+    """Return the change (h, w) from pixel to pixel: the smaller one of both sides, none on a ridge."""
+    steps = np.diff(picture, axis=axis)
+    ends = [(1, 0) if k == axis else (0, 0) for k in range(2)]
+    before, after = np.pad(steps, ends, "edge"), np.pad(steps, [end[::-1] for end in ends], "edge")
+    smaller = np.where(np.abs(before) < np.abs(after), before, after)
+    return np.asarray(np.where(before * after > 0, smaller, 0), np.float32)
 
 
 def _remap(picture: Picture, source: Sequence[MatLike] | MatLike, interpolation: int) -> Picture:

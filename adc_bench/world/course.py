@@ -225,7 +225,17 @@ class Course:
     @cached_property
     def paint(self) -> tuple[shapely.Polygon, ...]:
         """Every white mark on the floor as a polygon."""
-        return (*self._edge_paint(), *self._dash_paint(), *self._crosswalk_paint(), *self._bay_paint())
+        return (*self.line_paint, *self._crosswalk_paint(), *self.bay_paint)
+
+    @cached_property
+    def line_paint(self) -> tuple[shapely.Polygon, ...]:
+        """The lines of the road and of the parallel place: edge lines, then dashes."""
+        return (*self._edge_paint(), *self._dash_paint())
+
+    @cached_property
+    def bay_paint(self) -> tuple[shapely.Polygon, ...]:
+        """The two-place bay: its outline, a ring, first."""
+        return bay_paint(self.spec.bay, self.kerb_y_m)
 
     def _edge_paint(self) -> list[shapely.Polygon]:
         half = self.spec.edge_line_width_m / 2
@@ -260,9 +270,6 @@ class Course:
             half_l, half_w = c.stripe_length_m / 2, c.stripe_width_m / 2
             marks.append(shapely.box(-half_l, middle - half_w, half_l, middle + half_w))
         return marks
-
-    def _bay_paint(self) -> tuple[shapely.Polygon, ...]:
-        return bay_paint(self.spec.bay, self.kerb_y_m)
 
     @property
     def kerb_y_m(self) -> float:
