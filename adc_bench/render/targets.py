@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from adc_bench.render.artwork.canvas import arc
 from adc_bench.render.meshes import SIDES
 from adc_bench.render.other_ids import TARGET_ID_MAX
 from adc_bench.world.categories import CATEGORY_ID, PanelSign
+from adc_bench.world.course import Course
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.signs import VerticalSign, board_outline
 from adc_bench.world.solids import Body, Solid
@@ -29,6 +30,7 @@ class Target:
         faces: corners (n, 3) in its own frame of each of its convex pieces, flat ones or solid ones; their union is
             the object.
         front: the side (3,) from which it is seen, None if from all round.
+        keypoints: corners (4, 3) in its own frame, in the order of `Label.keypoints_px`, if it has some.
     """
 
     label_id: int
@@ -37,6 +39,33 @@ class Target:
     pose_world_object: Pose3
     faces: tuple[Array, ...]
     front: tuple[float, float, float] | None = None
+    keypoints: Array | None = None
+
+    @cached_property
+    def figures(self) -> tuple[float, float, float, float, float, float, float]:
+        """Where it is as seven figures."""
+        return self.pose_world_object.figures()
+
+    @cached_property
+    def middle(self) -> Array:
+        """The mean (1, 3) of its corners, in its own frame."""
+        mean: Array = np.concatenate(self.faces).mean(axis=0, keepdims=True)
+        return mean
+
+    @cached_property
+    def keypoints_and_anchors(self) -> Array:
+        """The keypoints, then the points of its outline nearest to each of them, (8, 3), in its own frame."""
+        assert self.keypoints is not None
+        return np.concatenate([self.keypoints, [_nearest(self.faces[0], corner) for corner in self.keypoints]])
+
+
+def _nearest(outline: Array, point: Array) -> Array:
+    """Return the point (3,) of a closed outline (n, 3) that is nearest to a point (3,)."""
+    sides = np.roll(outline, -1, axis=0) - outline
+    share = (((point - outline) * sides).sum(axis=1) / np.square(sides).sum(axis=1)).clip(0.0, 1.0)
+    on_sides: Array = outline + share[:, None] * sides
+    nearest: Array = on_sides[np.square(on_sides - point).sum(axis=1).argmin()]
+    return nearest
 
 
 def label_ids(scenario: Scenario) -> dict[str, int]:
@@ -59,27 +88,29 @@ def targets_of(
     solids = {solid.name: solid for solid in scenario.solids if solid.name in ids}
     panels = [solid for solid in solids.values() if solid.kind == "panel"]
     return (
-        _crosswalk(scenario, ids["crosswalk"]),
+        _crosswalk(scenario.course, ids["crosswalk"]),
         *(_panel(solid, ids[solid.name], shown) for solid in panels),
         *(_sign(sign, solids[sign.name], ids[sign.name]) for sign in scenario.signs),
         *(_body(body, ids[body.name], poses.get(body.name)) for body in scenario.bodies if body.category),
     )
 
 
-def _crosswalk(scenario: Scenario, label_id: int) -> Target:
-    corners = scenario.course.crosswalk_corners
-    x_m, y_m = corners.mean(axis=0)
+# Targets are asked for with every frame; those that stand where they stood are made once.
+@lru_cache(maxsize=16)
+def _crosswalk(course: Course, label_id: int) -> Target:
+    x_m, y_m = course.crosswalk_corners.mean(axis=0)
+    corners = np.column_stack([course.crosswalk_corners - (x_m, y_m), np.zeros(4)])
     return Target(
         label_id=label_id,
         category_id=CATEGORY_ID["crosswalk"],
         instance="crosswalk",
         pose_world_object=Pose2(x_m=float(x_m), y_m=float(y_m), yaw_rad=0.0).to_pose3(),
-        faces=(np.column_stack([corners - (x_m, y_m), np.zeros(4)]),),
+        faces=(corners,),
         front=(0.0, 0.0, 1.0),
+        keypoints=corners,
     )
 
 
-# Targets are asked for with every frame; those that stand for good are made once.
 @lru_cache(maxsize=64)
 def _panel(solid: Solid, label_id: int, shown: PanelSign) -> Target:
     _, width, height = solid.size_m
@@ -94,17 +125,20 @@ def _sign(sign: VerticalSign, solid: Solid, label_id: int) -> Target:
 
 def _board(solid: Solid, label_id: int, category: str, outline: Array) -> Target:
     """Return what is shown on a solid's +x side: an outline (n, 2), x right and y up seen from the front."""
-    front = np.column_stack([np.full(len(outline), solid.size_m[0] / 2), outline])
+    x_m, (low, high) = solid.size_m[0] / 2, (outline.min(axis=0), outline.max(axis=0))
+    square = np.array([(low[0], high[1]), high, (high[0], low[1]), low])
     return Target(
         label_id=label_id,
         category_id=CATEGORY_ID[category],
         instance=solid.name,
         pose_world_object=solid.pose_world_solid(),
-        faces=(front,),
+        faces=(np.insert(outline, 0, x_m, axis=1),),
         front=(1.0, 0.0, 0.0),
+        keypoints=np.insert(square, 0, x_m, axis=1),
     )
 
 
+@lru_cache(maxsize=256)
 def _body(body: Body, label_id: int, pose: Pose3 | None) -> Target:
     assert body.category
     return Target(

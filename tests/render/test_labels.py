@@ -5,12 +5,15 @@ from collections.abc import Callable
 import cv2
 import msgspec
 import numpy as np
+import pycocotools.mask
 import pytest
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Camera, Pose2, Pose3, rotation_zyx
 from adc_bench.render import ArenaRenderer
-from adc_bench.render.labels import amodal_outlines, labels_of, tight_box
+from adc_bench.render.labels import labels_of
+from adc_bench.render.outlines import outlines_of
+from adc_bench.render.runs import regions
 from adc_bench.render.targets import Target, label_ids, targets_of
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID, PANEL_SIGNS, PanelSign
 from adc_bench.world.course import CourseSpec
@@ -99,13 +102,29 @@ def only(labels: tuple[Label, ...]) -> Label:
     return label
 
 
-def test_the_tight_box_is_the_brute_force_one() -> None:
-    rng = np.random.default_rng(1)
-    for _ in range(20):
-        mask = rng.random((24, 32)) < 0.02
-        mask[5, 7] = True
-        rows, columns = np.nonzero(mask)
-        assert tight_box(mask) == (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
+@pytest.mark.parametrize("kinds", [2, 4, 90])
+def test_regions_are_numpys_and_pycocotools(kinds: int) -> None:
+    """Pictures of blots and of noise; ids that touch the first and the last pixel are among them."""
+    rng = np.random.default_rng(kinds)
+    for size in ((1, 1), (1, 40), (40, 1), (24, 32), (61, 17)):
+        for blot in (1, 7):
+            ids = np.kron(rng.integers(0, kinds, size), np.ones((blot, blot))).astype(np.uint8)
+            wanted = range(1, kinds)
+            found = regions(ids, wanted)
+            assert list(found) == [int(k) for k in np.unique(ids) if k in wanted]
+            for label_id, region in found.items():
+                mask = ids == label_id
+                rows, columns = np.nonzero(mask)
+                assert region.box_px == (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
+                assert region.visible_px == mask.sum()
+                assert region.mask_rle == pycocotools.mask.encode(np.asfortranarray(mask, np.uint8))["counts"]
+                coded = {"counts": region.mask_rle, "size": list(ids.shape)}
+                assert (pycocotools.mask.decode(coded) == mask).all()
+
+
+def test_there_is_no_region_without_pixels() -> None:
+    assert regions(np.full((3, 4), 9, np.uint8), [1, 2]) == {}
+    assert regions(np.full((3, 4), 9, np.uint8), []) == {}
 
 
 def test_ids_go_by_crosswalk_panels_signs_bodies(scenario: Scenario, targets: dict[str, Target]) -> None:
@@ -162,9 +181,10 @@ def test_a_whole_objects_outline_is_opencvs(targets: dict[str, Target], instance
         if (pixels < 0).any() or (pixels > (320, 240)).any():
             continue
         inverse = pose.inverse() @ target.pose_world_object
-        (outline,), (truncation,) = amodal_outlines([[inverse.transform(face) for face in target.faces]], camera)
-        assert truncation == pytest.approx(0.0, abs=1e-9)
-        assert outline.bounds == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.1)
+        found = outlines_of([[inverse.transform(face) for face in target.faces]], camera)
+        assert found.truncations == pytest.approx([0.0], abs=1e-9)
+        assert found.box_px(0) == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.1)
+        assert found.box_whole_px(0) == found.box_px(0)
         compared += 1
 
 
@@ -200,9 +220,10 @@ def test_an_object_at_the_picture_border_is_truncated_by_its_share_outside() -> 
         centre = np.array([320 - half + 2 * half * share, 120.0])
         corners_px = centre + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         corners = np.column_stack([(corners_px - middle) / camera.fx_px, np.ones(4)]) * 2.0
-        (outline,), (truncation,) = amodal_outlines([[corners]], camera)
-        assert truncation == pytest.approx(share)
-        assert outline.bounds == pytest.approx((centre[0] - half, 100, 320, 140))
+        found = outlines_of([[corners]], camera)
+        assert found.truncations == pytest.approx([share])
+        assert found.box_px(0) == pytest.approx((centre[0] - half, 100, 320, 140))
+        assert found.box_whole_px(0) == pytest.approx((centre[0] - half, 100, centre[0] + half, 140))
 
 
 @pytest.mark.parametrize(("k1", "k2"), LENSES)
@@ -225,13 +246,16 @@ def test_the_crosswalk_is_where_rays_through_the_pixels_meet_it(
 def test_an_object_through_the_camera_plane_is_cut_there() -> None:
     camera = camera_of()
     corners = np.array([[-0.5, 0.5, 2.0], [0.5, 0.5, 2.0], [0.5, 0.5, -1.0], [-0.5, 0.5, -1.0]])
-    (outline,), (truncation,) = amodal_outlines([[corners]], camera)
+    found = outlines_of([[corners]], camera)
     # a strip half a metre under the camera, 1 m wide: it ends 2 m ahead, and leaves the picture's foot 120 px to
     # either side of the middle, which lies 120 px over the foot
-    assert outline.bounds == pytest.approx((40.0, 120 + camera.fy_px / 4, 280.0, 240.0))
-    assert truncation > 0.9
-    (behind,), (truncation,) = amodal_outlines([[corners - [0, 0, 5]]], camera)
-    assert behind.is_empty and truncation == 0.0
+    horizon_px = 120 + camera.fy_px / 4
+    assert found.box_px(0) == pytest.approx((40.0, horizon_px, 280.0, 240.0))
+    # one picture further down it is three times as wide there: 360 px to either side
+    assert found.box_whole_px(0) == pytest.approx((-200.0, horizon_px, 520.0, 480.0))
+    assert found.truncations[0] > 0.9
+    behind = outlines_of([[corners - [0, 0, 5]]], camera)
+    assert behind.box_px(0) is None and behind.box_whole_px(0) is None and behind.truncations == [0.0]
 
 
 @pytest.mark.parametrize("instance", ["sign_0", "sign_5", "sign_9", "panel_facing_west", "panel_facing_east"])

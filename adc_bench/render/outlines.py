@@ -1,0 +1,152 @@
+"""What whole objects would look like with nothing before them, from their known shapes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from adc_bench.geometry import Camera
+from adc_bench.world.frame import BoxPx
+
+Array = NDArray[np.float64]
+Geometries = NDArray[np.object_]
+NEAR_M = 0.02
+# A distorted edge is drawn through so many points a picture width; its error is then below 0.1 px.
+EDGE_POINTS = 32
+AROUND = 1.0  # pictures' widths and heights beyond each border within which a whole object's box is given
+LENS_RADIUS_MAX, LENS_STEPS = 20.0, 20_001  # of the table by which a lens is undone outside the picture
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outlines:
+    """Objects' outlines in a picture, as if nothing hid them.
+
+    Attributes:
+        boxes_px: (n, 4) around what lies in the picture, nan where nothing does.
+        boxes_whole_px: (n, 4) around what lies in the picture or up to `AROUND` pictures beside it.
+        areas_px: (n,) of what lies in the picture.
+        truncations: (n,) shares of the whole areas outside the picture.
+    """
+
+    boxes_px: Array
+    boxes_whole_px: Array
+    areas_px: Array
+    truncations: Array
+
+    def box_px(self, k: int) -> BoxPx | None:
+        """Return an object's box in the picture, None if it has no area there (a board seen along its plane)."""
+        return _figures(self.boxes_px[k]) if self.areas_px[k] else None
+
+    def box_whole_px(self, k: int) -> BoxPx | None:
+        """Return the box of the whole object, None if it has no area in the picture."""
+        return _figures(self.boxes_whole_px[k]) if self.areas_px[k] else None
+
+
+def _figures(box_px: Array) -> BoxPx:
+    x0, y0, x1, y1 = box_px.tolist()
+    return x0, y0, x1, y1
+
+
+def outlines_of(objects: Sequence[Sequence[Array]], camera: Camera) -> Outlines:
+    """Return the outlines of objects (n,), each given as convex pieces (m, 3) in the camera's frame.
+
+    The truncation is a share of areas as a lens without distortion would show them: a lens model says nothing about
+    what lies far outside the picture. The box of the whole object takes the model at its word there, or as far as it
+    rises. All objects are treated in one go: calls cost more here than corners.
+    """
+    flat = _seen_flat(objects)
+    inside, cut = _cut(flat, _field(camera, 0.0))
+    beyond, _ = _cut(flat[cut], _field(camera, AROUND))
+    areas = shapely.area(flat)
+    shares = np.divide(shapely.area(inside), areas, out=np.ones(len(areas)), where=areas > 0)
+    drawn = _behind_lens(np.concatenate([inside, beyond]), camera)
+    bounds = shapely.bounds(drawn)
+    whole = bounds[: len(inside)].copy()
+    whole[cut] = bounds[len(inside) :]
+    return Outlines(
+        boxes_px=_within(bounds[: len(inside)], camera, 0.0),
+        boxes_whole_px=_within(whole, camera, AROUND),
+        areas_px=shapely.area(drawn[: len(inside)]),
+        truncations=np.maximum(1.0 - shares, 0.0),
+    )
+
+
+def _cut(flat: Geometries, field: shapely.Polygon) -> tuple[Geometries, NDArray[np.bool_]]:
+    """Return what of each outline lies in a field, and which of them stick out."""
+    cut = ~shapely.contains_properly(field, flat)
+    inside = flat.copy()
+    inside[cut] = shapely.intersection(flat[cut], field)
+    return inside, cut
+
+
+def _behind_lens(flat: Geometries, camera: Camera) -> Geometries:
+    """Return in pixels what lies in the plane z = 1 before the camera."""
+    if camera.k1 or camera.k2:
+        flat = shapely.segmentize(flat, camera.width_px / camera.fx_px / EDGE_POINTS)
+    pixels: Geometries = shapely.transform(
+        flat, lambda plane: camera.project(np.column_stack([plane, np.ones(len(plane))]))
+    )
+    return pixels
+
+
+def _within(boxes_px: Array, camera: Camera, around: float) -> Array:
+    """Return boxes without what sticks out because a border was undistorted and distorted again."""
+    size = np.array([camera.width_px, camera.height_px, camera.width_px, camera.height_px], dtype=np.float64)
+    within: Array = np.clip(boxes_px, -around * size, (1.0 + around) * size)
+    return within
+
+
+@lru_cache(maxsize=32)
+def _field(camera: Camera, around: float) -> shapely.Polygon:
+    """Return, in the plane z = 1 before the camera, the border of the picture widened by this share of its size.
+
+    Where the lens model does not reach so far, because it folds before, the border is where it folds.
+    """
+    u_px, v_px = around * camera.width_px, around * camera.height_px
+    frame = shapely.box(-u_px, -v_px, camera.width_px + u_px, camera.height_px + v_px)
+    border = shapely.get_coordinates(shapely.segmentize(frame, camera.width_px / EDGE_POINTS))
+    distorted = (border - (camera.cx_px, camera.cy_px)) / (camera.fx_px, camera.fy_px)
+    wanted = np.hypot(distorted[:, 0], distorted[:, 1])
+    field = shapely.Polygon(distorted * (_undistorted_radius(wanted, camera) / wanted)[:, None])
+    shapely.prepare(field)
+    return field
+
+
+def _undistorted_radius(wanted: Array, camera: Camera) -> Array:
+    """Return the radii (n,) at z = 1 that the lens shows at the wanted ones; the last before a fold at most."""
+    if not (camera.k1 or camera.k2):
+        return wanted
+    radius = np.linspace(0.0, LENS_RADIUS_MAX, LENS_STEPS)
+    pixels = camera.project(np.column_stack([radius, np.zeros(LENS_STEPS), np.ones(LENS_STEPS)]))
+    shown = (pixels[:, 0] - camera.cx_px) / camera.fx_px
+    rises = ~np.isnan(shown)
+    found: Array = np.interp(wanted, shown[rises], radius[rises])
+    return found
+
+
+def _seen_flat(objects: Sequence[Sequence[Array]]) -> Geometries:
+    """Return each object's outline (n,) in the plane z = 1 before the camera; empty if all of it lies behind."""
+    hulls = np.full((len(objects), max(map(len, objects), default=0)), None, dtype=object)
+    pieces = {(k, m): _before_near(face) for k, faces in enumerate(objects) for m, face in enumerate(faces)}
+    pieces = {place: corners for place, corners in pieces.items() if len(corners) >= 3}
+    if pieces:
+        corners = np.concatenate(list(pieces.values()))
+        lines = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces.values()])
+        places = tuple(np.array(list(pieces)).T)
+        hulls[places] = shapely.convex_hull(shapely.linestrings(corners[:, :2] / corners[:, 2:], indices=lines))
+    outlines: Geometries = shapely.union_all(hulls, axis=1)
+    return outlines
+
+
+def _before_near(corners: Array) -> Array:
+    """Return corners (m, 3) of what of a convex piece lies before the near plane; m may be 0."""
+    near = corners[:, 2] > NEAR_M
+    if near.all():
+        return corners
+    before, behind = corners[near][:, None], corners[~near][None]
+    share = (NEAR_M - before[..., 2]) / (behind[..., 2] - before[..., 2])
+    cut = (before + share[..., None] * (behind - before)).reshape(-1, 3)
+    return np.concatenate([corners[near], cut])
