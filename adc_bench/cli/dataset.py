@@ -2,10 +2,11 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
+from adc_bench.cli.progress import progress_bar
 from adc_bench.errors import InputError, UsageError
 
 app = typer.Typer(
@@ -58,3 +59,25 @@ def preview(folder: Folder, out: Annotated[Path, typer.Option(help="The PNG or J
     _, picture = cv2.imencode(out.suffix.lower(), cv2.cvtColor(sheet, cv2.COLOR_RGB2BGR))
     write_file(out, picture.tobytes())
     typer.echo(f"{out}: {sheet.shape[1]}x{sheet.shape[0]} pixels")
+
+
+@app.command()
+def export(
+    folder: Folder,
+    format_name: Annotated[
+        Literal["coco", "yolo", "webdataset", "tum", "kitti"], typer.Option("--format", help="What to write.")
+    ],
+    out: Annotated[str, typer.Option(help="A new folder or address, or one that this command began.")],
+    split: Annotated[
+        str | None, typer.Option("--as", help="The split's name in the export; its own if left out.")
+    ] = None,
+) -> None:
+    """Write it as other tools read it; YOLO and WebDataset take several splits into one folder."""
+    from adc_bench.dataset.export import export_dataset
+    from adc_bench.dataset.read import FrameDataset
+
+    with progress_bar("exporting pictures") as tell:
+        done = export_dataset(FrameDataset(folder), format_name, out, split=split, progress=tell)
+    typer.echo(f"{out}: {done.pictures} pictures of {done.split} as {format_name}")
+    for note in done.notes:
+        typer.echo(f"  {note}")
