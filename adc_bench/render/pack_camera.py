@@ -10,7 +10,6 @@ import sapien
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Camera, Pose3
-from adc_bench.render.motion_blur import Flow
 from adc_bench.render.packs import Pack
 from adc_bench.render.scene import sapien_pose
 from adc_bench.render.view import FAR_M, NEAR_M, View
@@ -63,9 +62,14 @@ class PackView(View):
             camera.remove()
 
     def take(self, pose_world_camera: Pose3, exposure_rgb: NDArray[np.float64]) -> None:
-        """Draw the scene as it stands; `exposure_rgb` (3,) multiplies the light."""
+        """Draw the scene as it stands, to the end; `exposure_rgb` (3,) multiplies the light."""
         super().take(pose_world_camera, exposure_rgb)
-        self._picture = encoded(self.radiance(pose_world_camera) * exposure_rgb.astype(np.float32))
+        self._drawn = encoded(self.radiance(pose_world_camera) * exposure_rgb.astype(np.float32))
+
+    def read(self) -> None:
+        """Keep the picture taken."""
+        super().read()
+        self._pictures["Color"] = self._drawn
 
     def radiance(self, pose_world_camera: Pose3) -> Radiance:
         """Return the pinhole picture's radiance (h, w, 3) in units of a white surface under 300 lux."""
@@ -73,10 +77,6 @@ class PackView(View):
         cover = lit if self._cover is self._lit else self._cover.take(pose_world_camera)
         bare = 1 - np.clip(cover[..., 3:], 0, 1)
         return np.asarray(lit[..., :3] + bare * (shell[..., :3] - self._stage.background), np.float32)
-
-    def colour(self, flow: Flow | None = None) -> NDArray[np.uint8]:
-        """Return the picture taken, (h, w, 4), blurred along the flow if there is one."""
-        return self._warp.colour(self._picture, flow)
 
 
 class PackCamera:

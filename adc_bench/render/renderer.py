@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import sapien
@@ -19,7 +20,7 @@ from adc_bench.render.packs import PACKS
 from adc_bench.render.rig_camera import RigCamera, Taken, white_gains
 from adc_bench.render.scene import FastScene
 from adc_bench.render.semantic import objects_in_view
-from adc_bench.render.targets import Target
+from adc_bench.render.targets import Target, targets_of
 from adc_bench.render.view import View, use_arena_pack
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.categories import PanelSign
@@ -33,6 +34,31 @@ from adc_bench.world.streams import stream
 STILL = Motion()
 FREE_IMAGING = Imaging()  # whose white balance the camera of `look_from` has
 NOWHERE = Pose3(rotation=np.eye(3), translation_m=np.array([1e4, 1e4, 0.0]))  # for a robot that is not in the hall
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shot:
+    """A picture that has been begun, with what it needs to be finished whatever the scene shows by then.
+
+    Attributes:
+        index: of the frame.
+        number: of the picture's noise.
+    """
+
+    index: int
+    number: int
+    camera: RigCamera
+    scenario: Scenario
+    sign: PanelSign
+    bodies: Mapping[str, Pose3]
+    pose_world_robot: Pose3
+    pose_world_camera: Pose3
+    motion: Motion
+    exposure: float
+
+    def read(self) -> None:
+        """Wait until the picture is drawn; its camera may then draw the next one."""
+        self.camera.view.read()
 
 
 class ArenaRenderer:
@@ -109,6 +135,7 @@ class ArenaRenderer:
         """Return the noiseless sharp picture (h, w, 4) uint8 at a given exposure, behind the lens."""
         camera = self._cameras[camera_name]
         self._draw(camera, pose_world_robot, exposure)
+        camera.view.read()
         return camera.view.colour()
 
     def raw(self, camera_name: str, pose_world_robot: Pose3) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
@@ -122,24 +149,32 @@ class ArenaRenderer:
         The n-th of a scenario's camera always has the same noise. The camera's exposure follows from picture to
         picture; the first has settled.
         """
-        return self._next_taken(camera_name, pose_world_robot, time_s, motion).file
+        shot = self._next_shot(0, camera_name, pose_world_robot, time_s, motion)
+        shot.read()
+        return _developed(shot).file
 
     def drive_frame(
         self, index: int, camera_name: str, pose_world_robot: Pose3, *, time_s: float, motion: Motion = STILL
     ) -> Frame:
         """Return what `picture` delivers, byte for byte, with its truth; `index` only numbers the frame."""
-        taken = self._next_taken(camera_name, pose_world_robot, time_s, motion)
-        return self._with_truth(index, self._cameras[camera_name], pose_world_robot, motion, taken)
+        shot = self._next_shot(index, camera_name, pose_world_robot, time_s, motion)
+        shot.read()
+        return self.finish(shot)
 
     def frame(self, index: int, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> Frame:
         """Return the delivered picture with its truth; noise is drawn by the frame's index.
 
         The exposure is that of a robot which came here at this motion.
         """
+        shot = self.shoot(index, camera_name, pose_world_robot, motion)
+        shot.read()
+        return self.finish(shot)
+
+    def shoot(self, index: int, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> Shot:
+        """Begin a `frame`. While it is drawn there is time to `finish` the shot that was read before."""
         camera = self._cameras[camera_name]
         exposure = self._exposure_on_the_way(camera, pose_world_robot, motion)
-        taken = self._take(camera, index, pose_world_robot, exposure, motion)
-        return self._with_truth(index, camera, pose_world_robot, motion, taken)
+        return self._shoot((index, index), camera, pose_world_robot, exposure, motion)
 
     def objects_in_view(self, camera_name: str, pose_world_robot: Pose3) -> tuple[SeenObject, ...]:
         """Return what the semantic camera says: the labelled objects that the camera has in view, and where they are.
@@ -156,6 +191,7 @@ class ArenaRenderer:
                 todo="load the arena with such a rig, or look for objects in the pictures",
             )
         pose_world_camera = self._draw(self._cameras[camera_name], pose_world_robot, 1.0)
+        view.read()
         labels = labels_of(view.label_ids(), self.targets, view.camera, pose_world_camera)
         return objects_in_view(labels, self.targets, pose_world_robot, spec.range_max_m)
 
@@ -175,6 +211,7 @@ class ArenaRenderer:
         robot, visible = pose_world_robot or NOWHERE, pose_world_robot is not None
         self._each(lambda arena: arena.place_robot(robot, visible=visible))
         self._free.take(pose_world_camera, exposure * white_gains(self._scenario.look, FREE_IMAGING))
+        self._free.read()
         return np.ascontiguousarray(self._free.colour()[..., :3])
 
     def _exposure_on_the_way(self, camera: RigCamera, pose_world_robot: Pose3, motion: Motion) -> float:
@@ -185,63 +222,81 @@ class ArenaRenderer:
         return now.exposure
 
     def _draw(self, camera: RigCamera, pose_world_robot: Pose3, exposure: float) -> Pose3:
-        """Draw the scene with the robot there; return where the camera is."""
+        """Begin to draw the scene with the robot there; return where the camera is."""
         self._each(lambda arena: arena.place_robot(pose_world_robot))
         pose_world_camera = self.pose_world_camera(camera.mount.name, pose_world_robot)
         camera.expose(pose_world_camera, self._scenario.look, exposure)
         return pose_world_camera
 
-    def _next_taken(self, camera_name: str, pose_world_robot: Pose3, time_s: float, motion: Motion) -> Taken:
-        """Take a drive's next picture with a camera, its exposure following from the one before."""
+    def _shoot(
+        self, numbers: tuple[int, int], camera: RigCamera, pose_world_robot: Pose3, exposure: float, motion: Motion
+    ) -> Shot:
+        """Begin a picture; its numbers are the frame's and the noise's."""
+        return Shot(
+            index=numbers[0],
+            number=numbers[1],
+            camera=camera,
+            scenario=self._scenario,
+            sign=self._arena.sign,
+            bodies=dict(self._arena.body_poses),
+            pose_world_robot=pose_world_robot,
+            pose_world_camera=self._draw(camera, pose_world_robot, exposure),
+            motion=motion,
+            exposure=exposure,
+        )
+
+    def _next_shot(self, index: int, camera_name: str, pose_world_robot: Pose3, time_s: float, motion: Motion) -> Shot:
+        """Begin a drive's next picture with a camera, its exposure following from the one before."""
         camera, wanted = self._cameras[camera_name], self.exposure(pose_world_robot)
         lag_s = camera.mount.imaging.exposure_lag_s
         now = self._metered[camera_name] = follow(self._metered.get(camera_name), wanted, time_s, lag_s)
         number = self._taken[camera_name]
         self._taken[camera_name] += 1
-        return self._take(camera, number, pose_world_robot, now.exposure, motion)
+        return self._shoot((index, number), camera, pose_world_robot, now.exposure, motion)
 
-    def _with_truth(
-        self, index: int, camera: RigCamera, pose_world_robot: Pose3, motion: Motion, taken: Taken
-    ) -> Frame:
-        """Return the picture just taken with its truth."""
-        look, mount = self._scenario.look, camera.mount
-        pose_camera = self.pose_world_camera(mount.name, pose_world_robot)
-        x, y, _ = pose_world_robot.translation_m
-        yaw = float(np.arctan2(pose_world_robot.rotation[1, 0], pose_world_robot.rotation[0, 0]))
+    def finish(self, shot: Shot) -> Frame:
+        """Return the picture of a shot that has been read, with its truth."""
+        taken, scenario, camera = _developed(shot), shot.scenario, shot.camera
+        look, mount, pose_camera = scenario.look, camera.mount, shot.pose_world_camera
+        targets = targets_of(scenario, shot.sign, shot.bodies)
+        x, y, _ = shot.pose_world_robot.translation_m
+        rotation = shot.pose_world_robot.rotation
+        yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
         return Frame(
-            index=index,
+            index=shot.index,
             camera=mount.name,
             jpeg=taken.file,
             width_px=mount.width_px,
             height_px=mount.height_px,
             pose_world_robot=Pose2(x_m=float(x), y_m=float(y), yaw_rad=yaw),
             pose_world_camera=pose_camera,
-            motion=motion,
+            motion=shot.motion,
             lane_lines=(),
-            labels=labels_of(camera.view.label_ids(), self.targets, camera.view.camera, pose_camera),
+            labels=labels_of(camera.view.label_ids(), targets, camera.view.camera, pose_camera),
             conditions=Conditions(
-                scenario=self._scenario.name,
+                scenario=scenario.name,
                 look_id=look.look_id,
                 light_level=look.light_level,
                 illuminance_lux=look.illuminance_lux,
                 exposure=taken.exposure,
                 shutter_s=taken.shutter_s,
                 blur_px=taken.blur_px,
-                in_tunnel=self._in_tunnel(pose_camera.translation_m[:2]),
+                in_tunnel=_in_tunnel(scenario, pose_camera.translation_m[:2]),
             ),
         )
 
-    def _take(self, camera: RigCamera, index: int, pose_world_robot: Pose3, exposure: float, motion: Motion) -> Taken:
-        pose_world_camera = self._draw(camera, pose_world_robot, exposure)
-        noise = stream(self._scenario.seed, "noise", camera.mount.name, index)
-        return camera.develop((pose_world_robot, pose_world_camera), exposure, motion, noise)
 
-    def _in_tunnel(self, point_world: NDArray[np.float64]) -> bool:
-        scenario = self._scenario
-        if scenario.tunnel is None:
-            return False
-        s0, s1 = tunnel_s_on_centre(scenario.course, scenario.tunnel)
-        s, offset = road_centre(scenario.course).project(
-            [point_world], around_s_m=(s0 + s1) / 2, window_m=(s1 - s0) / 2 + 1
-        )
-        return bool(s0 < s[0] < s1 and abs(offset[0]) < scenario.arena_spec.tunnel_clear_half_width_m)
+def _developed(shot: Shot) -> Taken:
+    noise = stream(shot.scenario.seed, "noise", shot.camera.mount.name, shot.number)
+    poses = shot.pose_world_robot, shot.pose_world_camera
+    return shot.camera.develop(poses, shot.exposure, shot.motion, noise)
+
+
+def _in_tunnel(scenario: Scenario, point_world: NDArray[np.float64]) -> bool:
+    if scenario.tunnel is None:
+        return False
+    s0, s1 = tunnel_s_on_centre(scenario.course, scenario.tunnel)
+    s, offset = road_centre(scenario.course).project(
+        [point_world], around_s_m=(s0 + s1) / 2, window_m=(s1 - s0) / 2 + 1
+    )
+    return bool(s0 < s[0] < s1 and abs(offset[0]) < scenario.arena_spec.tunnel_clear_half_width_m)

@@ -172,6 +172,7 @@ def test_the_rig_does_not_see_its_own_robot(renderer: ArenaRenderer) -> None:
         for visible in (False, True):
             renderer._arena.place_robot(pose, visible=visible)
             view.take(pose_camera, np.full(3, 0.6))
+            view.read()
             pictures.append(np.array(view.colour()))
         assert (pictures[0] == pictures[1]).all()
 
