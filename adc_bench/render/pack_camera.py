@@ -45,10 +45,10 @@ class Stage:
 
 
 class PackView(View):
-    """Draws what a camera sees with the pack: the colours from the stage, the labels from our own pack's picture."""
+    """Draws what a camera sees with the pack: the colours from the stage, labels and depth from our own pack's."""
 
-    def __init__(self, labels: sapien.Scene, stage: Stage, camera: Camera) -> None:
-        super().__init__(labels, camera)
+    def __init__(self, labels: sapien.Scene, stage: Stage, camera: Camera, *, with_depth: bool = False) -> None:
+        super().__init__(labels, camera, with_depth=with_depth)
         self._stage, pack = stage, stage.pack
         self._lit = PackCamera(stage.lit, pack, self.pinhole, depth=pack.depth)
         self._shell = PackCamera(stage.shell, pack, self.pinhole, depth=0)

@@ -42,13 +42,12 @@ class FloorMap:
         return cls(classes=classes, left_m=float(x0), top_m=float(y1))
 
     def at(self, points_world: ArrayLike) -> Classes:
-        """Return the classes (n,) at floor points (n, 2); points that are nan lie on bare floor."""
-        points = np.asarray(points_world)
-        column = np.floor((points[:, 0] - self.left_m) / TEXEL_M)
-        row = np.floor((self.top_m - points[:, 1]) / TEXEL_M)
+        """Return the classes (n,) at floor points, x and y (2, n); points that are nan lie on bare floor."""
+        x, y = np.asarray(points_world)
+        column, row = np.floor((x - self.left_m) / TEXEL_M), np.floor((self.top_m - y) / TEXEL_M)
         height, width = self.classes.shape
         inside = (row >= 0) & (row < height) & (column >= 0) & (column < width)
-        found = np.full(len(points), SemanticClass.FLOOR, np.uint8)
+        found = np.full(len(x), SemanticClass.FLOOR, np.uint8)
         found[inside] = self.classes[row[inside].astype(np.intp), column[inside].astype(np.intp)]
         return found
 
@@ -81,23 +80,26 @@ def semantic_mask(
         class_of_id[target.label_id] = category_class(target.category_id)
     classes = np.asarray(cv2.LUT(ids, class_of_id), np.uint8)
     floor = ids == OtherId.FLOOR
-    classes[floor] = floor_map(spec).at(_floor_points(_rays(camera)[floor], pose_world_camera))
+    classes[floor] = floor_map(spec).at(_floor_points(_plane(camera)[:, floor], pose_world_camera))
     return classes
 
 
-def _floor_points(rays_camera: NDArray[np.float32], pose_world_camera: Pose3) -> NDArray[np.float32]:
-    """Return where rays (n, 3) meet the floor, (n, 2); nan where they do not."""
-    rays = rays_camera @ pose_world_camera.rotation.T.astype(np.float32)
+def _floor_points(plane: NDArray[np.float32], pose_world_camera: Pose3) -> NDArray[np.float32]:
+    """Return where the rays through points (2, n) of the plane z = 1 before the camera meet the floor, (2, n); nan
+    where they do not.
+    """
+    right, down, ahead = pose_world_camera.rotation.T.astype(np.float32)  # a product of matrices costs threads
+    along, across, up = (right[k] * plane[0] + down[k] * plane[1] + ahead[k] for k in range(3))
     x, y, z = pose_world_camera.translation_m.astype(np.float32)
-    reach = np.where(rays[:, 2] < 0, -z / np.minimum(rays[:, 2], -1e-9), np.nan)
-    points: NDArray[np.float32] = rays[:, :2] * reach[:, None] + np.array([x, y])
-    return points
+    reach = np.where(up < 0, -z / np.minimum(up, np.float32(-1e-9)), np.float32(np.nan))
+    return np.stack([x + reach * along, y + reach * across])
 
 
 @lru_cache(maxsize=8)
-def _rays(camera: Camera) -> NDArray[np.float32]:
-    """Return the directions (h, w, 3) through the pixels' centres."""
+def _plane(camera: Camera) -> NDArray[np.float32]:
+    """Return where the rays through the pixels' centres meet the plane z = 1 before the camera, (2, h, w)."""
     v, u = np.mgrid[: camera.height_px, : camera.width_px] + 0.5
-    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()])).reshape(*u.shape, 3).astype(np.float32)
-    rays.setflags(write=False)
-    return rays
+    rays = camera.rays(np.column_stack([u.ravel(), v.ravel()]))
+    plane = np.ascontiguousarray(rays[:, :2].T.reshape(2, *u.shape), np.float32)
+    plane.setflags(write=False)
+    return plane

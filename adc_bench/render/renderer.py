@@ -14,9 +14,11 @@ from adc_bench.geometry import Camera, Pose2, Pose3
 from adc_bench.render.driver import choose_software_driver
 from adc_bench.render.exposure import Metered, exposure_for, follow, seen_floor, settled, way_back
 from adc_bench.render.labels import labels_of
+from adc_bench.render.lane_lines import lane_lines_of
 from adc_bench.render.pack_camera import PackView, Stage
 from adc_bench.render.pack_scene import PackScene
 from adc_bench.render.packs import PACKS
+from adc_bench.render.pixel_classes import semantic_mask
 from adc_bench.render.rig_camera import RigCamera, Taken, white_gains
 from adc_bench.render.scene import FastScene
 from adc_bench.render.semantic import objects_in_view
@@ -24,7 +26,7 @@ from adc_bench.render.targets import Target, targets_of
 from adc_bench.render.view import View, use_arena_pack
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.categories import PanelSign
-from adc_bench.world.frame import Conditions, Frame
+from adc_bench.world.frame import Conditions, Extra, Frame
 from adc_bench.world.quality import Quality
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
@@ -64,16 +66,23 @@ class Shot:
 class ArenaRenderer:
     """Renders scenarios on the software Vulkan driver; one a process, reused from scenario to scenario."""
 
-    def __init__(self, rig: SensorRig, quality: Quality = "fast") -> None:
-        """Raises MachineError if the software driver is not installed, InputError for a lens that cannot be."""
+    def __init__(self, rig: SensorRig, quality: Quality = "fast", extras: Collection[Extra] = ()) -> None:
+        """`extras` is what frames have beside pictures and labels.
+
+        Raises:
+            MachineError: the software driver is not installed.
+            InputError: a lens that cannot be.
+        """
         choose_software_driver()
         use_arena_pack()
         self.rig = rig
         self._system = sapien.render.RenderSystem()
         self._scene = sapien.Scene([self._system])
+        self._extras = frozenset(extras)
         self._stage = None if quality == "fast" else Stage(pack=PACKS[quality])
         self._cameras: Mapping[str, RigCamera] = {
-            mount.name: RigCamera(self._view(mount.camera()), mount) for mount in rig.cameras
+            mount.name: RigCamera(self._view(mount.camera(), with_depth="depth" in extras), mount)
+            for mount in rig.cameras
         }
         self._static: FastScene | None = None
         self._staged: PackScene | None = None
@@ -102,8 +111,10 @@ class ArenaRenderer:
         """Move bodies to these poses and hide torn tapes; only what has really moved costs time."""
         self._each(lambda arena: arena.place(bodies, torn))
 
-    def _view(self, camera: Camera) -> View:
-        return PackView(self._scene, self._stage, camera) if self._stage else View(self._scene, camera)
+    def _view(self, camera: Camera, *, with_depth: bool = False) -> View:
+        if self._stage:
+            return PackView(self._scene, self._stage, camera, with_depth=with_depth)
+        return View(self._scene, camera, with_depth=with_depth)
 
     def _each(self, do: Callable[[FastScene | PackScene], None]) -> None:
         """Do something to our own pack's arena, and to that of the quality's pack if it has another."""
@@ -258,7 +269,7 @@ class ArenaRenderer:
         """Return the picture of a shot that has been read, with its truth."""
         taken, scenario, camera = _developed(shot), shot.scenario, shot.camera
         look, mount, pose_camera = scenario.look, camera.mount, shot.pose_world_camera
-        targets = targets_of(scenario, shot.sign, shot.bodies)
+        targets, ids = targets_of(scenario, shot.sign, shot.bodies), camera.view.label_ids()
         x, y, _ = shot.pose_world_robot.translation_m
         rotation = shot.pose_world_robot.rotation
         yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
@@ -271,8 +282,8 @@ class ArenaRenderer:
             pose_world_robot=Pose2(x_m=float(x), y_m=float(y), yaw_rad=yaw),
             pose_world_camera=pose_camera,
             motion=shot.motion,
-            lane_lines=(),
-            labels=labels_of(camera.view.label_ids(), targets, camera.view.camera, pose_camera),
+            lane_lines=lane_lines_of(ids, scenario.course, camera.view.camera, pose_camera),
+            labels=labels_of(ids, targets, camera.view.camera, pose_camera),
             conditions=Conditions(
                 scenario=scenario.name,
                 look_id=look.look_id,
@@ -283,6 +294,10 @@ class ArenaRenderer:
                 blur_px=taken.blur_px,
                 in_tunnel=_in_tunnel(scenario, pose_camera.translation_m[:2]),
             ),
+            depth_m=camera.view.depth_m() if "depth" in self._extras else None,
+            semantic=semantic_mask(ids, targets, camera.view.camera, pose_camera, scenario.course_spec)
+            if "semantic" in self._extras
+            else None,
         )
 
 

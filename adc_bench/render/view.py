@@ -23,7 +23,10 @@ def use_arena_pack() -> None:
 
 
 class View:
-    """Draws what a camera sees: as a pinhole picture wide enough, then behind the camera's lens."""
+    """Draws what a camera sees: as a pinhole picture wide enough, then behind the camera's lens.
+
+    With depth it also keeps SAPIEN's depth buffer, which is drawn anyway.
+    """
 
     def __init__(self, scene: sapien.Scene, camera: Camera, *, with_depth: bool = False) -> None:
         """Raises InputError for a lens that folds the picture's border back."""
