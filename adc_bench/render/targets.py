@@ -18,6 +18,7 @@ from adc_bench.world.signs import VerticalSign, board_outline
 from adc_bench.world.solids import Body, Solid
 
 Array = NDArray[np.float64]
+CROSSWALK_ID = 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,7 +76,7 @@ def label_ids(scenario: Scenario) -> dict[str, int]:
     bodies = [body.name for body in scenario.bodies if body.category]
     names = ["crosswalk", *panels, *signs, *bodies]
     assert len(names) <= TARGET_ID_MAX, "as many boxes and cones do not stand on the road"
-    return {name: label_id for label_id, name in enumerate(names, start=1)}
+    return {name: label_id for label_id, name in enumerate(names, start=CROSSWALK_ID)}
 
 
 def targets_of(
