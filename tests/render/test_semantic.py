@@ -11,7 +11,7 @@ from adc_bench.geometry import Pose2, Pose3, rotation_zyx
 from adc_bench.render.semantic import objects_in_view
 from adc_bench.render.targets import Target, targets_of
 from adc_bench.world.categories import CATEGORIES
-from adc_bench.world.frame import Label
+from adc_bench.world.frame import NO_KEYPOINTS, Label
 from adc_bench.world.layout import BoxPlace, Layout
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.signs import VerticalSign
@@ -35,10 +35,14 @@ def label_of(target: Target, *, ignore: bool = False) -> Label:
         instance=target.instance,
         box_px=(0, 0, 9, 9),
         amodal_box_px=(0, 0, 9, 9),
+        amodal_box_whole_px=(0, 0, 9, 9),
+        mask_rle=b"",
         visible_px=81,
         visible_fraction=1.0,
         truncation=0.0,
         distance_m=1.0,
+        pose_world_object=target.figures,
+        keypoints_px=NO_KEYPOINTS,
         ignore=ignore,
     )
 
