@@ -9,7 +9,7 @@ import typer
 
 from adc_bench.cli.progress import progress_bar
 from adc_bench.errors import UsageError
-from adc_bench.world.quality import Quality
+from adc_bench.world.quality import Extra, Quality
 
 Kind = Literal["frames", "drives"]
 
@@ -25,6 +25,8 @@ def render(
     quality: Annotated[
         Quality, typer.Option(help="fast, or SAPIEN's own packs with shadows or traced paths (seconds a frame).")
     ] = "fast",
+    depth: Annotated[bool, typer.Option("--depth", help="Keep each pixel's distance along the camera's axis.")] = False,
+    semantic: Annotated[bool, typer.Option("--semantic", help="Keep each pixel's class.")] = False,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; one per processor if left out.")] = None,
     frames_per_shard: Annotated[int, typer.Option(min=1, help="Frames in one file.")] = 256,
     salt_file: Annotated[
@@ -42,6 +44,7 @@ def render(
     from adc_bench.world.salt import load_salt
 
     salt = load_salt(salt_file)
+    asked: tuple[tuple[Extra, bool], ...] = (("depth", depth), ("semantic", semantic))
     with progress_bar("rendering shards") as tell:
         start_s = perf_counter()
         summary = render_split(
@@ -51,6 +54,7 @@ def render(
             count=frames,
             size_px=size_px,
             quality=quality,
+            extras=tuple(name for name, wanted in asked if wanted),
             salt=salt,
             frames_per_shard=frames_per_shard,
             workers=workers or default_workers(),

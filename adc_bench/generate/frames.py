@@ -18,7 +18,7 @@ from adc_bench.world.sensors import SensorRig
 def render_frames(task: ShardTask) -> tuple[bytes, int]:
     """Render one shard; return its file and how many frames it has."""
     rig = SensorRig(cameras=task.plan.cameras)
-    renderer = process_renderer(rig, task.plan.quality)
+    renderer = process_renderer(rig, task.plan.quality, task.plan.extras)
     scenarios: dict[str, Scenario] = {}
     frames = list(_frames(renderer, _plans(task, rig, scenarios)))
     return encode_shard(frames, [mount.name for mount in rig.cameras], list(scenarios.values())), len(frames)

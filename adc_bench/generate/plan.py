@@ -73,7 +73,7 @@ def plan_dataset(
         split=split,
         split_sha256=split.sha256,
         salt_sha256=salt_sha256(salt) if split.salted and salt is not None else None,
-        software={"adc_bench": __version__, **packages, "renderer": process_renderer(rig, quality).device_name},
+        software={"adc_bench": __version__, **packages, "renderer": process_renderer(rig, quality, extras).device_name},
         cameras=rig.cameras,
         quality=quality,
         extras=extras,
@@ -81,9 +81,9 @@ def plan_dataset(
 
 
 @lru_cache(maxsize=1)
-def process_renderer(rig: SensorRig, quality: Quality = "fast") -> ArenaRenderer:
+def process_renderer(rig: SensorRig, quality: Quality = "fast", extras: tuple[Extra, ...] = ()) -> ArenaRenderer:
     """Return this process' renderer: starting one is dear, so it is kept from shard to shard."""
-    return ArenaRenderer(rig, quality)
+    return ArenaRenderer(rig, quality, extras)
 
 
 def _rig(size_px: tuple[int, int]) -> SensorRig:

@@ -26,8 +26,8 @@ from adc_bench.render.targets import Target, targets_of
 from adc_bench.render.view import View, use_arena_pack
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.categories import PanelSign
-from adc_bench.world.frame import Conditions, Extra, Frame
-from adc_bench.world.quality import Quality
+from adc_bench.world.frame import Conditions, Frame
+from adc_bench.world.quality import Extra, Quality
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import Imaging, SensorRig

@@ -1,7 +1,6 @@
 """Frames with their truth, and what a detector says about a picture."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import msgspec
 import numpy as np
@@ -10,7 +9,6 @@ from numpy.typing import NDArray
 from adc_bench.geometry import Pose2, Pose3
 from adc_bench.world.robot import Motion
 
-Extra = Literal["depth", "semantic"]  # what a frame has only where it is asked for
 BoxPx = tuple[float, float, float, float]  # x0, y0, x1, y1 in pixels
 KeypointPx = tuple[float, float, int]  # u, v in pixels, and one of the three below
 KEYPOINT_OUTSIDE, KEYPOINT_HIDDEN, KEYPOINT_VISIBLE = 0, 1, 2  # outside the picture, in it but hidden, seen (COCO's v)
