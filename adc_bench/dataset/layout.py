@@ -1,6 +1,7 @@
 """The dataset folder: its file names, and `dataset.toml`, which says what made it.
 
-dataset.toml  README.md  shard-00000.h5 ...  annotations/instances.json  poses/<camera>.tum
+dataset.toml  README.md  shard-00000.h5 ...  poses/<camera>.tum, or poses/drive-00000.tum ...
+annotations/instances.json (of frames)  receipts/ (until it is finished)
 """
 
 import json
@@ -21,6 +22,7 @@ CARD = "README.md"
 Kind = Literal["frames", "drives"]
 Extra = Literal["depth", "semantic"]
 COCO = "annotations/instances.json"
+RECEIPTS = "receipts"
 
 
 def shard_name(number: int) -> str:
@@ -33,17 +35,40 @@ def poses_name(camera: str) -> str:
     return f"poses/{camera}.tum"
 
 
-class ShardEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A finished shard: file name, frames in it, and what its bytes must be."""
+def drive_poses_name(number: int) -> str:
+    """Return the file name of a drive's true poses."""
+    return f"poses/drive-{number:05d}.tum"
+
+
+def receipt_name(number: int) -> str:
+    """Return the file name of what tells that a shard is finished."""
+    return f"{RECEIPTS}/shard-{number:05d}.toml"
+
+
+class FileEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A finished file: its name, and what its bytes must be."""
 
     file: str
-    frames: int
     size_bytes: int
     sha256: str
 
 
+class ShardEntry(FileEntry, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A finished shard, and how many frames are in it."""
+
+    frames: int
+
+
+class DriveCounts(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How many drives, how long they took in the simulation, and how far the robot went."""
+
+    drives: int
+    simulated_s: float
+    distance_m: float
+
+
 class Summary(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a dataset holds, counted; `boxes` leaves out the `ignored` regions."""
+    """What a dataset holds, counted; `boxes` leaves out the `ignored` regions, only drives have `driving`."""
 
     frames: int
     scenarios: int
@@ -53,6 +78,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     cameras: dict[str, int]
     light_levels: dict[str, int]
     boxes: dict[str, int]
+    driving: DriveCounts | None = None
 
 
 class AnyManifest(msgspec.Struct):
@@ -62,7 +88,7 @@ class AnyManifest(msgspec.Struct):
 
 
 class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`dataset.toml`. An unfinished dataset has neither summary nor shards."""
+    """`dataset.toml`. An unfinished dataset has neither summary nor shards nor files (annotations and poses)."""
 
     schema: int = SCHEMA
     kind: Kind = "frames"
@@ -77,11 +103,12 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     extras: tuple[Extra, ...] = ()
     summary: Summary | None = None
     shards: tuple[ShardEntry, ...] = ()
+    files: tuple[FileEntry, ...] = ()
 
     @property
     def plan(self) -> "Manifest":
         """What was wanted, without what came of it."""
-        return msgspec.structs.replace(self, summary=None, shards=())
+        return msgspec.structs.replace(self, summary=None, shards=(), files=())
 
     @property
     def shard_count(self) -> int:

@@ -1,13 +1,16 @@
 """Reading a dataset folder: pictures, labels, poses and conditions by position."""
 
-from collections.abc import Sequence
+import itertools
+from bisect import bisect_right
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.dataset.layout import COCO, MANIFEST, SCHEMA, AnyManifest, Manifest, ShardEntry
-from adc_bench.dataset.shard import Shard, damaged
+from adc_bench.dataset.layout import MANIFEST, SCHEMA, AnyManifest, FileEntry, Manifest
+from adc_bench.dataset.shard import JpegIndex, Shard, damaged, read_jpeg_index
 from adc_bench.dataset.store import Store
 from adc_bench.errors import InputError
 from adc_bench.geometry import Pose2
@@ -17,15 +20,20 @@ from adc_bench.world.picture import decode_picture
 from adc_bench.world.records import parse_record
 from adc_bench.world.scenario import Scenario
 
+FRAMES_IN_MEMORY = 16_384
 RENDER = "make one with: adc-bench render --split NAME --out DIR"
 
 
 class FrameDataset:
-    """A finished dataset, read lazily; safe to use in forked and spawned processes.
+    """A finished dataset of frames or of drives, read lazily; safe to use in forked and spawned processes.
+
+    Pictures are read straight from their place in the file. Labels and all else come a shard at a time, and are kept
+    for the shards read last: FRAMES_IN_MEMORY frames at most, so memory does not grow with the dataset.
 
     Raises:
         InputError: the folder is missing, is no dataset, is unfinished, or a file of it is missing or damaged. Sizes
             are checked when opened, the inside of a shard when first read; `dataset check` compares digests.
+        MachineError: the address wants a driver that is not installed, or does not answer.
     """
 
     categories = CATEGORIES
@@ -34,21 +42,30 @@ class FrameDataset:
         self.store = Store(root)
         self.manifest = load_manifest(self.store)
         _check_whole(self.store, self.manifest)
-        counts = [entry.frames for entry in self.manifest.shards]
-        self._ends = np.cumsum(counts)
-        self._starts = self._ends - counts
+        self._ends = list(itertools.accumulate(entry.frames for entry in self.manifest.shards))
         self.width_px = self.manifest.cameras[0].width_px
         self.height_px = self.manifest.cameras[0].height_px
         self.image_ids = range(len(self))
-        self._shards: dict[int, Shard] = {}
+        self._jpegs: dict[int, JpegIndex] = {}
+        self._shards: OrderedDict[int, Shard] = OrderedDict()
+        largest = max(entry.frames for entry in self.manifest.shards)
+        self._shards_most = max(1, FRAMES_IN_MEMORY // largest)
 
     def __len__(self) -> int:
-        return int(self._ends[-1])
+        return self._ends[-1]
+
+    def shards(self) -> Iterator[tuple[int, Shard]]:
+        """Yield the number of its first frame and its content for each shard, in order, one in memory at a time."""
+        for end, entry in zip(self._ends, self.manifest.shards, strict=True):
+            yield end - entry.frames, Shard(self.store, entry.file, entry.frames)
 
     def jpeg(self, i: int) -> bytes:
         """Return picture i as delivered."""
-        shard, row = self._locate(i)
-        return shard.jpeg(row)
+        number, row = self._place(i)
+        if number not in self._jpegs:
+            entry = self.manifest.shards[number]
+            self._jpegs[number] = read_jpeg_index(self.store, entry.file, entry.frames)
+        return self._jpegs[number].read(row)
 
     def picture(self, i: int) -> NDArray[np.uint8]:
         """Return picture i as rgb, (height, width, 3) uint8."""
@@ -107,16 +124,25 @@ class FrameDataset:
 
     def file(self, i: int) -> str:
         """Return the name of the shard that holds frame i."""
-        return self.manifest.shards[int(np.searchsorted(self._ends, i, side="right"))].file
+        return self.manifest.shards[self._place(i)[0]].file
 
-    def _locate(self, i: int) -> tuple[Shard, int]:
+    def _place(self, i: int) -> tuple[int, int]:
+        """Return the number of the shard that holds frame i, and the frame's row in it."""
         if not 0 <= i < len(self):
             raise IndexError(f"frame {i} of {len(self)}")
-        number = int(np.searchsorted(self._ends, i, side="right"))
-        if number not in self._shards:
+        number = bisect_right(self._ends, i)
+        return number, i - (self._ends[number - 1] if number else 0)
+
+    def _locate(self, i: int) -> tuple[Shard, int]:
+        number, row = self._place(i)
+        shard = self._shards.pop(number, None)
+        if shard is None:
             entry = self.manifest.shards[number]
-            self._shards[number] = Shard(self.store, entry.file, entry.frames)
-        return self._shards[number], i - int(self._starts[number])
+            shard = Shard(self.store, entry.file, entry.frames)
+        self._shards[number] = shard
+        while len(self._shards) > self._shards_most:
+            self._shards.popitem(last=False)
+        return shard, row
 
 
 def load_manifest(store: Store) -> Manifest:
@@ -128,7 +154,7 @@ def load_manifest(store: Store) -> Manifest:
     if not store.exists(MANIFEST):
         raise InputError(
             where=store.path(""),
-            found=f"no {MANIFEST}" if store.names() else "no such folder",
+            found="an empty or missing folder" if store.is_empty() else f"no {MANIFEST}",
             wanted=f"a dataset folder with {MANIFEST}",
             todo=RENDER,
         )
@@ -149,16 +175,14 @@ def _check_whole(store: Store, manifest: Manifest) -> None:
         )
     if len(manifest.shards) != manifest.shard_count:
         raise damaged(store.path(MANIFEST), f"{len(manifest.shards)} shards", f"{manifest.shard_count} shards")
-    for entry in manifest.shards:
-        _check_size(store, entry)
-    if manifest.kind == "frames" and not store.exists(COCO):
-        raise damaged(store.path(COCO), "no such file")
+    sizes = store.sizes()
+    for entry in (*manifest.shards, *manifest.files):
+        _check_size(store.path(entry.file), entry, sizes.get(entry.file))
 
 
-def _check_size(store: Store, entry: ShardEntry) -> None:
-    size, path = store.size(entry.file), store.path(entry.file)
+def _check_size(path: str, entry: FileEntry, size: int | None) -> None:
     if size is None:
-        raise damaged(path, "no such file", f"a shard of {entry.frames} frames")
+        raise damaged(path, "no such file")
     if size != entry.size_bytes:
         kind = "truncated" if size < entry.size_bytes else "too long"
         raise damaged(path, f"a {kind} file of {size} bytes", f"{entry.size_bytes} bytes")

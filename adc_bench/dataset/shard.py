@@ -8,7 +8,8 @@ nothing within its range, and `semantic` (n, h, w) uint8.
 """
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 
 import h5py
@@ -80,28 +81,72 @@ def _put_stack(file: h5py.File, name: str, stack: NDArray[np.unsignedinteger]) -
     file.create_dataset(name, data=stack, chunks=(1, *stack.shape[1:]), compression="gzip", compression_opts=1)
 
 
-class Shard:
-    """A shard opened for reading: everything but the pictures is in memory, no file stays open.
+@contextmanager
+def open_shard(store: Store, name: str) -> Iterator[h5py.File]:
+    """Give a shard's HDF5 file, opened for reading.
 
     Raises:
-        InputError: the file is missing, is no HDF5 file, is damaged, or does not hold `frames` frames.
+        InputError: it is missing, is no HDF5 file, or what is read meanwhile is damaged or not in it.
+    """
+    path = store.path(name)
+    try:
+        with store.open(name) as stream, h5py.File(stream, "r") as file:
+            yield file
+    except FileNotFoundError:
+        raise damaged(path, "no such file") from None
+    except (OSError, KeyError, ValueError, RuntimeError, msgspec.MsgspecError) as error:
+        raise damaged(path, f"not a readable shard: {error}") from None
+
+
+class JpegIndex:
+    """Where a shard's pictures lie in its file, which is all that reading them needs: n + 1 numbers in memory.
+
+    The pictures lie there as they are, so plain reads serve them, whatever forks or threads there are.
+    """
+
+    def __init__(self, store: Store, name: str, file: h5py.File) -> None:
+        self._store, self._name = store, name
+        self._starts: NDArray[np.int64] = int(file["jpeg"].id.get_offset() or 0) + file["jpeg_offset"][:]
+
+    def __len__(self) -> int:
+        return len(self._starts) - 1
+
+    def read(self, row: int) -> bytes:
+        """Return a picture's bytes as delivered."""
+        start, end = self._starts[row : row + 2].tolist()
+        try:
+            data = self._store.read(self._name, start, end)
+        except OSError as error:
+            raise damaged(self._store.path(self._name), error.strerror or "an unreadable file") from None
+        if len(data) != end - start:
+            raise damaged(self._store.path(self._name), "a truncated file")
+        return data
+
+
+def read_jpeg_index(store: Store, name: str, frames: int) -> JpegIndex:
+    """Return where a shard's pictures lie.
+
+    Raises:
+        InputError: as `open_shard`, or the shard does not hold `frames` frames.
+    """
+    with open_shard(store, name) as file:
+        index = JpegIndex(store, name, file)
+    _check_count(store.path(name), len(index), frames)
+    return index
+
+
+class Shard:
+    """A shard read: everything but the pictures is in memory, no file stays open.
+
+    Raises:
+        InputError: as `open_shard`, or the shard does not hold `frames` frames.
     """
 
     def __init__(self, store: Store, name: str, frames: int) -> None:
         self._store, self._name = store, name
-        self._read_file()
-        if len(self.frame_index) != frames:
-            raise damaged(store.path(name), f"{len(self.frame_index)} frames", f"{frames} frames")
-
-    def _read_file(self) -> None:
-        path = self._store.path(self._name)
-        try:
-            with self._store.open(self._name) as stream, h5py.File(stream, "r") as file:
-                self._read(file)
-        except FileNotFoundError:
-            raise damaged(path, "no such file") from None
-        except (OSError, KeyError, ValueError, RuntimeError, msgspec.MsgspecError) as error:
-            raise damaged(path, f"not a readable shard: {error}") from None
+        with open_shard(store, name) as file:
+            self._read(file)
+        _check_count(store.path(name), len(self.frame_index), frames)
 
     def _read(self, file: h5py.File) -> None:
         cameras: list[str] = [name.decode() for name in file.attrs["cameras"]]
@@ -114,8 +159,7 @@ class Shard:
         self.label_columns: Columns = take_labels(file["labels"])
         self.lane_line_columns: Columns = take_lane_lines(file["lane_lines"])
         self._scenarios = take_blobs(file, "scenario")
-        # The pictures lie in the file as they are, so plain reads serve them, whatever forks or threads there are.
-        self._jpeg_start = int(file["jpeg"].id.get_offset()) + file["jpeg_offset"][:]
+        self._jpegs = JpegIndex(self._store, self._name, file)
 
     def __len__(self) -> int:
         return len(self.frame_index)
@@ -140,19 +184,30 @@ class Shard:
 
     def jpeg(self, row: int) -> bytes:
         """Return the picture's bytes as delivered."""
-        start, end = int(self._jpeg_start[row]), int(self._jpeg_start[row + 1])
-        try:
-            data = self._store.read(self._name, start, end)
-        except OSError as error:
-            raise damaged(self._store.path(self._name), error.strerror or "an unreadable file") from None
-        if len(data) != end - start:
-            raise damaged(self._store.path(self._name), "a truncated file")
-        return data
+        return self._jpegs.read(row)
+
+    def truth(self) -> tuple[Array, Array]:
+        """Return a drive's time stamps in seconds (n,) and the robot's poses in the world (n, 7), see `Pose3.figures`.
+
+        Raises:
+            InputError: the shard is damaged, or is not one of a drive.
+        """
+        with open_shard(self._store, self._name) as file:
+            return file["truth/time_s"][:], file["truth/pose_world_robot"][:]
 
     def picture_row(self, name: str, row: int) -> NDArray[np.unsignedinteger] | None:
-        """Return a frame's `depth_mm` or `semantic` (h, w), None where the dataset has none."""
-        with self._store.open(self._name) as stream, h5py.File(stream, "r") as file:
+        """Return a frame's `depth_mm` or `semantic` (h, w), None where the dataset has none.
+
+        Raises:
+            InputError: the shard is damaged.
+        """
+        with open_shard(self._store, self._name) as file:
             return np.asarray(file[name][row]) if name in file else None
+
+
+def _check_count(path: str, found: int, wanted: int) -> None:
+    if found != wanted:
+        raise damaged(path, f"{found} frames", f"{wanted} frames")
 
 
 def damaged(path: str, found: str, wanted: str = "the file as it was written") -> InputError:

@@ -1,111 +1,142 @@
 """Writing a dataset folder: begin it, add shards in any order, finish it."""
 
-import hashlib
-from collections import Counter
-from collections.abc import Sequence
+from contextlib import ExitStack
 
 import msgspec
 
 from adc_bench.dataset.card import card
-from adc_bench.dataset.coco import coco_json, tum_lines
+from adc_bench.dataset.coco import CocoWriter
 from adc_bench.dataset.layout import (
     CARD,
     COCO,
     MANIFEST,
+    RECEIPTS,
+    FileEntry,
     Manifest,
-    ShardEntry,
     Summary,
+    drive_poses_name,
     poses_name,
     shard_name,
     to_toml,
 )
 from adc_bench.dataset.read import load_manifest
-from adc_bench.dataset.shard import Shard
+from adc_bench.dataset.receipts import finished_shards, is_whole
+from adc_bench.dataset.shard import Shard, damaged
 from adc_bench.dataset.split import Split
-from adc_bench.dataset.store import Store
+from adc_bench.dataset.store import Store, Writing
+from adc_bench.dataset.tally import Tally
+from adc_bench.dataset.tum import CAMERA_HEADER, camera_rows, drive_text
 from adc_bench.errors import InputError
-from adc_bench.world.categories import CATEGORIES
 
 
 def begin(store: Store, plan: Manifest, *, overwrite: bool = False) -> None:
     """Make the folder ready for the plan's shards; shards that an earlier run of the same plan finished stay.
 
     Raises:
-        InputError: the folder holds another run (unless `overwrite`, which deletes it) or something else, or it
-            cannot be written.
+        InputError: the folder holds another run (unless `overwrite`, which deletes it) or something else, its
+            `dataset.toml` is broken, or it cannot be written.
+        MachineError: the disk is full, or an object store does not answer.
     """
     if store.exists(MANIFEST) and overwrite:
         _clear(store)
     elif store.exists(MANIFEST):
         _check_same(store, load_manifest(store).plan, plan)
         return
-    elif store.names():
+    elif not store.is_empty():
         raise _occupied(store, "a folder with other files", "an empty or new folder")
-    try:
-        store.write(MANIFEST, to_toml(plan))
-    except OSError as error:
-        raise InputError(
-            where=store.path(""), found=f"{error.strerror}", wanted="a folder to write to", todo="choose another folder"
-        ) from None
+    store.write(MANIFEST, to_toml(plan))
 
 
 def sweep(store: Store) -> None:
     """Delete what a run that was cut off had half written."""
-    for name in store.names("**/*.tmp"):
-        store.delete(name)
+    store.sweep()
 
 
 def missing_shards(store: Store, plan: Manifest) -> list[int]:
-    """Return the numbers of the shards that are still to be made."""
-    return [number for number in range(plan.shard_count) if not store.exists(shard_name(number))]
+    """Return the numbers of the shards that are still to be made, or to be made again (see `receipts.py`)."""
+    found = finished_shards(store, plan, load_manifest(store))
+    kept = {number for number, entry in found.items() if is_whole(store, entry)}
+    return [number for number in range(plan.shard_count) if number not in kept]
 
 
 def finish(store: Store, plan: Manifest) -> Summary:
-    """Write annotations, poses, card and at last the full `dataset.toml`, from the shards alone.
+    """Write annotations, poses, card and at last the full `dataset.toml`, from the shards alone; return the counts.
+
+    Memory holds one shard at a time. A dataset that is finished already, and whole, is left as it is.
 
     Raises:
-        InputError: a shard is missing or damaged.
+        InputError: a shard is missing or damaged, or the folder cannot be written to.
+        MachineError: the disk is full, or an object store does not answer.
     """
-    shards = [Shard(store, shard_name(n), len(plan.shard_frames(n))) for n in range(plan.shard_count)]
-    entries = [_entry(store, n, len(shard)) for n, shard in enumerate(shards)]
-    summary = _summary(shards, sum(entry.size_bytes for entry in entries))
-    manifest = msgspec.structs.replace(plan, summary=summary, shards=tuple(entries))
-    store.write(COCO, coco_json(manifest, shards))
-    for mount in plan.cameras:
-        store.write(poses_name(mount.name), tum_lines(mount.name, shards))
+    stored = load_manifest(store)
+    found = finished_shards(store, plan, stored)
+    for number in range(plan.shard_count):
+        if number not in found:
+            raise damaged(store.path(shard_name(number)), "no such file, or not as it was written")
+    shards = tuple(found[number] for number in range(plan.shard_count))
+    if stored.summary is None or stored.shards != shards or not all(is_whole(store, file) for file in stored.files):
+        stored = _described(store, msgspec.structs.replace(plan.plan, shards=shards))
+        store.write(MANIFEST, to_toml(stored))
+    store.delete_folder(RECEIPTS)
+    assert stored.summary is not None
+    return stored.summary
+
+
+def _described(store: Store, manifest: Manifest) -> Manifest:
+    """Write all that is made from the shards but `dataset.toml`; return what that is to say."""
+    tally = Tally()
+    describe = _describe_drives if manifest.kind == "drives" else _describe_frames
+    files = describe(store, manifest, tally)
+    summary = tally.summary(manifest.kind, sum(entry.size_bytes for entry in manifest.shards))
     store.write(CARD, card(manifest, summary).encode())
-    store.write(MANIFEST, to_toml(manifest))
-    return summary
+    return msgspec.structs.replace(manifest, summary=summary, files=files)
 
 
-def _entry(store: Store, number: int, frames: int) -> ShardEntry:
-    data = store.read(shard_name(number))
-    digest = hashlib.sha256(data).hexdigest()
-    return ShardEntry(file=shard_name(number), frames=frames, size_bytes=len(data), sha256=digest)
+def _describe_frames(store: Store, manifest: Manifest, tally: Tally) -> tuple[FileEntry, ...]:
+    with ExitStack() as stack:
+        names = [COCO, *(poses_name(mount.name) for mount in manifest.cameras)]
+        outs = [stack.enter_context(store.writing(name)) for name in names]
+        coco = CocoWriter(outs[0], stack.enter_context(store.scratch()), manifest)
+        for out in outs[1:]:
+            out.write(CAMERA_HEADER.encode())
+        for number, entry in enumerate(manifest.shards):
+            shard = _frames_shard(store, manifest, number)
+            tally.add(shard)
+            coco.add(shard, int(shard.frame_index[0]), f"{entry.file}#{{}}".format)
+            for mount, out in zip(manifest.cameras, outs[1:], strict=True):
+                out.write(camera_rows(shard, mount.name).encode())
+        coco.close()
+    return tuple(_entry(name, out) for name, out in zip(names, outs, strict=True))
 
 
-def _summary(shards: Sequence[Shard], size_bytes: int) -> Summary:
-    conditions = [shard.conditions(row) for shard in shards for row in range(len(shard))]
-    labels = [label for shard in shards for row in range(len(shard)) for label in shard.labels(row)]
-    boxes = Counter(CATEGORIES[label.category_id - 1] for label in labels if not label.ignore)
-    return Summary(
-        frames=len(conditions),
-        scenarios=len({condition.scenario for condition in conditions}),
-        size_bytes=size_bytes,
-        tunnel_frames=sum(condition.in_tunnel for condition in conditions),
-        ignored=sum(label.ignore for label in labels),
-        cameras=_sorted(Counter(name for shard in shards for name in shard.cameras)),
-        light_levels=_sorted(Counter(condition.light_level for condition in conditions)),
-        boxes={name: boxes[name] for name in CATEGORIES if boxes[name]},
-    )
+def _describe_drives(store: Store, manifest: Manifest, tally: Tally) -> tuple[FileEntry, ...]:
+    files = []
+    for number, entry in enumerate(manifest.shards):
+        shard = Shard(store, entry.file, entry.frames)
+        tally.add_drive(shard)
+        with store.writing(drive_poses_name(number)) as out:
+            out.write(drive_text(*shard.truth()).encode())
+        files.append(_entry(drive_poses_name(number), out))
+    return tuple(files)
 
 
-def _sorted(counts: Counter[str]) -> dict[str, int]:
-    return dict(sorted(counts.items()))
+def _frames_shard(store: Store, manifest: Manifest, number: int) -> Shard:
+    """Return a shard of frames; it has to hold just the frames that the plan puts there."""
+    entry, wanted = manifest.shards[number], manifest.shard_frames(number)
+    shard = Shard(store, entry.file, len(wanted))
+    if shard.frame_index.tolist() != list(wanted):
+        found = f"frames from {shard.frame_index[0]}"
+        raise damaged(store.path(entry.file), found, f"the frames {wanted[0]} to {wanted[-1]}")
+    return shard
+
+
+def _entry(name: str, out: Writing) -> FileEntry:
+    return FileEntry(file=name, size_bytes=out.size_bytes, sha256=out.sha256)
 
 
 def _clear(store: Store) -> None:
     """Delete a dataset's own files and nothing else; `dataset.toml` goes last, so that a cut here can be repeated."""
+    store.delete_folder(RECEIPTS)
     for name in [*store.names("shard-*.h5"), *store.names("poses/*.tum"), COCO, CARD, MANIFEST]:
         store.delete(name)
 
