@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
 
-from adc_bench.dataset.layout import FRAMES_PER_SHARD, Extra, Kind, Summary, shard_name
+from adc_bench.dataset.layout import FRAMES_PER_SHARD, Extra, Kind, Summary
+from adc_bench.dataset.receipts import put_shard
 from adc_bench.dataset.split import Split
 from adc_bench.dataset.store import Store
 from adc_bench.dataset.write import begin, finish, missing_shards, sweep
@@ -75,5 +76,5 @@ def render_shard(task: ShardTask) -> ShardDone:
     """Make one shard and write it."""
     begun = perf_counter()
     data, frames = render_frames(task)
-    Store(task.out).write(shard_name(task.number), data)
+    put_shard(Store(task.out), task.plan, task.number, data, frames)
     return ShardDone(frames=frames, elapsed_s=perf_counter() - begun)
