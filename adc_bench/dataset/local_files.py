@@ -64,9 +64,13 @@ class LocalFiles:
             stream.write(data)
 
     def write_many(self, files: Mapping[str, bytes]) -> None:
-        """Write small files."""
+        """Write small files without waiting for the disk."""
         for name, data in files.items():
-            self.write(name, data)
+            path = self._root / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary = path.with_name(f".{path.name}.tmp")
+            temporary.write_bytes(data)
+            temporary.replace(path)
 
     @contextmanager
     def writing(self, name: str) -> Iterator[BinaryIO]:

@@ -115,7 +115,9 @@ class Store:
             self._files.write(name, data)
 
     def write_many(self, files: Mapping[str, bytes]) -> None:
-        """Write small files, each whole or not at all, to an object store many at a time.
+        """Write small files that can be made again, to an object store many at a time.
+
+        Each is whole or absent, whenever this process is killed; a power cut may take the last ones.
 
         Raises:
             MachineError, InputError: as `write`.
