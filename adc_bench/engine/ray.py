@@ -1,10 +1,12 @@
 """The nodes of an existing Ray cluster, found by Ray's own configuration (`RAY_ADDRESS`, `ray start`)."""
 
+import logging
 import os
 import socket
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +83,7 @@ class _Flight:
 def _answer_on_node(function: Callable[[Any], Any], task: Any) -> Answer:
     import ray
 
-    node = f"{ray.util.get_node_ip_address()} ({ray.get_runtime_context().get_node_id()[:6]})"
+    node = f"{socket.gethostname()} ({ray.get_runtime_context().get_node_id()[:6]})"
     return answer(function, task, node)
 
 
@@ -107,7 +109,7 @@ def _cluster() -> Iterator[Any]:
         return
     try:
         _knock(_address())
-        ray.init(address="auto", log_to_driver=False, logging_level="error")
+        ray.init(address="auto", log_to_driver=False, logging_level=logging.ERROR)
     except (OSError, RuntimeError, ValueError) as error:
         raise MachineError(
             where="--engine ray",
@@ -116,7 +118,8 @@ def _cluster() -> Iterator[Any]:
             todo="ray start --head on one machine, ray start --address=HEAD:6379 on the others; then run again",
         ) from None
     try:
-        yield ray
+        with redirect_stdout(sys.stderr):  # Ray tells of nodes that died on stdout, where only our report belongs
+            yield ray
     finally:
         ray.shutdown()
 

@@ -1,14 +1,13 @@
 """What is to be made: the plan that `dataset.toml` begins with, and the task of making one of its shards."""
 
 from functools import lru_cache
-from importlib.metadata import version
 
 import msgspec
 
-from adc_bench import __version__
 from adc_bench.dataset.layout import FRAMES_PER_SHARD, Extra, Kind, Manifest
 from adc_bench.dataset.split import Split
 from adc_bench.errors import InputError, UsageError
+from adc_bench.generate.node import software
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.quality import Quality
 from adc_bench.world.salt import VARIABLE, salt_sha256
@@ -24,16 +23,9 @@ class ShardTask(msgspec.Struct, frozen=True, kw_only=True):
     salt: bytes | None
 
 
-class ShardDone(msgspec.Struct, frozen=True, kw_only=True):
-    """A shard that was written: the frames in it, and how long it took."""
-
-    frames: int
-    elapsed_s: float
-
-
 def plan_dataset(
     split: Split,
-    count: int,
+    count: int | None,
     size_px: tuple[int, int] = (320, 240),
     *,
     kind: Kind = "frames",
@@ -42,14 +34,15 @@ def plan_dataset(
     salt: bytes | None = None,
     frames_per_shard: int = FRAMES_PER_SHARD,
 ) -> Manifest:
-    """Return what `dataset.toml` says before anything is rendered.
+    """Return what `dataset.toml` says before anything is rendered; `count` None is the split's own number.
 
     Raises:
         UsageError: the split has no seeds for so many frames or drives.
         InputError: the split wants a salt, and there is none.
         MachineError: this machine cannot render.
     """
-    most = split.frames_max if kind == "frames" else split.seed_count
+    own, most = (split.frames, split.frames_max) if kind == "frames" else (split.drives.count, split.seed_count)
+    count = own if count is None else count
     if not 0 < count <= most:
         raise UsageError(
             where=f"split {split.name!r}",
@@ -65,7 +58,6 @@ def plan_dataset(
             todo="give the salt; only its owner can make this split",
         )
     rig = _rig(size_px)
-    packages = {name: version(name) for name in ("sapien", "numpy", "opencv-python-headless", "h5py")}
     return Manifest(
         kind=kind,
         count=count,
@@ -73,7 +65,7 @@ def plan_dataset(
         split=split,
         split_sha256=split.sha256,
         salt_sha256=salt_sha256(salt) if split.salted and salt is not None else None,
-        software={"adc_bench": __version__, **packages, "renderer": process_renderer(rig, quality, extras).device_name},
+        software=software(process_renderer(rig, quality, extras).device_name),
         cameras=rig.cameras,
         quality=quality,
         extras=extras,
@@ -84,6 +76,11 @@ def plan_dataset(
 def process_renderer(rig: SensorRig, quality: Quality = "fast", extras: tuple[Extra, ...] = ()) -> ArenaRenderer:
     """Return this process' renderer: starting one is dear, so it is kept from shard to shard."""
     return ArenaRenderer(rig, quality, extras)
+
+
+def plan_renderer(plan: Manifest) -> ArenaRenderer:
+    """Return this process' renderer for a plan's pictures."""
+    return process_renderer(SensorRig(cameras=plan.cameras), plan.quality, plan.extras)
 
 
 def _rig(size_px: tuple[int, int]) -> SensorRig:
