@@ -31,8 +31,7 @@ def put_shard(store: Store, plan: Manifest, number: int, data: bytes, frames: in
     """Write a shard of `frames` frames, then its receipt.
 
     Raises:
-        MachineError: the disk is full, or an object store does not answer.
-        InputError: the folder cannot be written to.
+        MachineError: the disk is full, writing is forbidden, or an object store does not answer.
     """
     digest = hashlib.sha256(data).hexdigest()
     entry = ShardEntry(file=shard_name(number), size_bytes=len(data), sha256=digest, frames=frames)

@@ -13,6 +13,7 @@ from adc_bench.errors import AdcBenchError, InputError, MachineError
 
 _LOCAL_SCHEMES = ("file://", "local://")
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 class Writing:
@@ -108,8 +109,8 @@ class Store:
         """Write a file, whole or not at all.
 
         Raises:
-            MachineError: the disk is full, or an object store does not answer.
-            InputError: the folder cannot be written to.
+            MachineError: the disk is full, writing is forbidden, or an object store does not answer.
+            InputError: what is named is no folder.
         """
         with self._told(name):
             self._files.write(name, data)
@@ -168,7 +169,8 @@ class Store:
         bytes.
 
         Raises:
-            InputError: another process writes there, or the folder cannot be written to.
+            InputError: another process writes there.
+            MachineError: as `write`.
         """
         with ExitStack() as stack:
             with self._told(""):
@@ -187,12 +189,11 @@ class Store:
 
 
 def _unwritable(where: str, error: OSError) -> AdcBenchError:
-    found = error.strerror or str(error) or type(error).__name__
+    found = (error.strerror or str(error) or type(error).__name__).lower()
     if error.errno in _FULL:
-        return MachineError(
-            where=where,
-            found=found.lower(),
-            wanted="room for the whole file",
-            todo="make room and run the same command again, it resumes; or choose another folder",
-        )
+        todo = "make room and run the same command again, it resumes; or choose another folder"
+        return MachineError(where=where, found=found, wanted="room for the whole file", todo=todo)
+    if error.errno in _FORBIDDEN:
+        todo = "choose another folder, or give yourself the right to write there"
+        return MachineError(where=where, found=found, wanted="permission to write there", todo=todo)
     return InputError(where=where, found=found, wanted="a folder to write to", todo="choose another folder")

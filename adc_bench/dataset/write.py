@@ -34,8 +34,8 @@ def begin(store: Store, plan: Manifest, *, overwrite: bool = False) -> None:
 
     Raises:
         InputError: the folder holds another run (unless `overwrite`, which deletes it) or something else, its
-            `dataset.toml` is broken, or it cannot be written.
-        MachineError: the disk is full, or an object store does not answer.
+            `dataset.toml` is broken.
+        MachineError: the disk is full, writing is forbidden, or an object store does not answer.
     """
     if store.exists(MANIFEST) and overwrite:
         _clear(store)
@@ -65,8 +65,8 @@ def finish(store: Store, plan: Manifest) -> Summary:
     Memory holds one shard at a time. A dataset that is finished already, and whole, is left as it is.
 
     Raises:
-        InputError: a shard is missing or damaged, or the folder cannot be written to.
-        MachineError: the disk is full, or an object store does not answer.
+        InputError: a shard is missing or damaged.
+        MachineError: the disk is full, writing is forbidden, or an object store does not answer.
     """
     stored = load_manifest(store)
     found = finished_shards(store, plan, stored)
