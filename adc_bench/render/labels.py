@@ -29,7 +29,7 @@ def labels_of(
     visible = ((target, pose_camera_world @ target.pose_world_object) for target in targets if target.label_id in shown)
     seen = [(target, pose) for target, pose in visible if _shows_front(target, pose)]
     whole = outlines_of([[pose.transform(face) for face in target.faces] for target, pose in seen], camera)
-    keypoints = keypoints_of(ids, seen, camera)
+    keypoints = keypoints_of(ids, seen, whole.shapes_px, camera)
     small_px = VISIBLE_PX_MIN * (camera.width_px * camera.height_px) / (320 * 240)
     labels = []
     for k, (target, pose) in enumerate(seen):

@@ -25,12 +25,14 @@ class Outlines:
     """Objects' outlines in a picture, as if nothing hid them.
 
     Attributes:
-        boxes_px: (n, 4) around what lies in the picture, nan where nothing does.
+        shapes_px: (n,) polygons of what lies in the picture, empty where nothing does.
+        boxes_px: (n, 4) around them, nan where nothing lies in the picture.
         boxes_whole_px: (n, 4) around what lies in the picture or up to `AROUND` pictures beside it.
-        areas_px: (n,) of what lies in the picture.
+        areas_px: (n,) of the shapes.
         truncations: (n,) shares of the whole areas outside the picture.
     """
 
+    shapes_px: Geometries
     boxes_px: Array
     boxes_whole_px: Array
     areas_px: Array
@@ -67,6 +69,7 @@ def outlines_of(objects: Sequence[Sequence[Array]], camera: Camera) -> Outlines:
     whole = bounds[: len(inside)].copy()
     whole[cut] = bounds[len(inside) :]
     return Outlines(
+        shapes_px=drawn[: len(inside)],
         boxes_px=_within(bounds[: len(inside)], camera, 0.0),
         boxes_whole_px=_within(whole, camera, AROUND),
         areas_px=shapely.area(drawn[: len(inside)]),

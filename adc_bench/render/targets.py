@@ -53,21 +53,6 @@ class Target:
         mean: Array = np.concatenate(self.faces).mean(axis=0, keepdims=True)
         return mean
 
-    @cached_property
-    def keypoints_and_anchors(self) -> Array:
-        """The keypoints, then the points of its outline nearest to each of them, (8, 3), in its own frame."""
-        assert self.keypoints is not None
-        return np.concatenate([self.keypoints, [_nearest(self.faces[0], corner) for corner in self.keypoints]])
-
-
-def _nearest(outline: Array, point: Array) -> Array:
-    """Return the point (3,) of a closed outline (n, 3) that is nearest to a point (3,)."""
-    sides = np.roll(outline, -1, axis=0) - outline
-    share = (((point - outline) * sides).sum(axis=1) / np.square(sides).sum(axis=1)).clip(0.0, 1.0)
-    on_sides: Array = outline + share[:, None] * sides
-    nearest: Array = on_sides[np.square(on_sides - point).sum(axis=1).argmin()]
-    return nearest
-
 
 def label_ids(scenario: Scenario) -> dict[str, int]:
     """Return each labelled object's id by its name: crosswalk, panels, signs, then bodies that have a category."""
