@@ -12,34 +12,46 @@ from adc_bench.errors import InputError, UsageError
 app = typer.Typer(
     help="Check a dataset, look at it.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False
 )
-Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The dataset's folder.")]
+Folder = Annotated[str, typer.Argument(metavar="DIR", help="The dataset's folder or address.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 
 
 @app.command()
 def check(
-    folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False
+    folder: Folder,
+    against: Annotated[
+        list[str] | None, typer.Option(metavar="DIR2", help="A dataset to share nothing with; may be given again.")
+    ] = None,
+    sample: Annotated[int, typer.Option(min=0, help="Of how many frames the labels are derived again.")] = 200,
+    as_json: AsJson = False,
 ) -> None:
     """Read every picture, label and pose; exit 3 if anything is wrong."""
-    from adc_bench.dataset.check import find_problems
+    import msgspec
+
+    from adc_bench.dataset.check import Looked, find_problems
     from adc_bench.dataset.read import FrameDataset
 
-    dataset = FrameDataset(folder)
-    problems = list(find_problems(dataset))
+    looked, problems = Looked(), []
+    dataset, others = FrameDataset(folder), [FrameDataset(other) for other in against or ()]
+    with progress_bar("checking shards") as tell:
+        for problem in find_problems(dataset, others, sample=sample, looked=looked, progress=tell):
+            problems.append(problem)
+            if not as_json:
+                typer.echo(problem)
     if as_json:
-        typer.echo(json.dumps({"frames": len(dataset), "problems": problems}, indent=2))
-    else:
-        for problem in problems:
-            typer.echo(problem)
+        typer.echo(json.dumps({**msgspec.to_builtins(looked), "problems": problems}, indent=2))
     if problems:
         raise InputError(
-            where=str(folder),
+            where=folder,
             found=f"{len(problems)} problems, the first: {problems[0]}",
             wanted="a dataset as it was written",
             todo="copy it again, or render it again",
         )
     if not as_json:
-        boxes = sum(len(dataset.annotations(i)) for i in range(len(dataset)))
-        typer.echo(f"{folder}: {len(dataset)} frames and {boxes} labels are in order")
+        typer.echo(
+            f"{folder}: {looked.frames} frames and {looked.labels} labels are in order "
+            f"({looked.derived_again} labels of {min(sample, looked.frames)} frames derived again)"
+        )
 
 
 @app.command()
