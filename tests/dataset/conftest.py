@@ -11,7 +11,7 @@ from adc_bench.generate import render_split
 def rendered(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A dataset of two shards, the second one short: 70 frames, all light levels, a tunnel."""
     root = tmp_path_factory.mktemp("rendered") / "val"
-    render_split(load_split("val"), root, frames=70)
+    render_split(load_split("val"), root, count=70, frames_per_shard=64)
     return root
 
 
