@@ -21,14 +21,14 @@ def _one_thread() -> None:
 @pytest.fixture(scope="session")
 def train_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("detector") / "train"
-    render_split(load_split("train"), root, frames=40, size_px=(160, 120))
+    render_split(load_split("train"), root, count=40, size_px=(160, 120))
     return root
 
 
 @pytest.fixture(scope="session")
 def val_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("detector") / "val"
-    render_split(load_split("val"), root, frames=32, size_px=(160, 120))
+    render_split(load_split("val"), root, count=32, size_px=(160, 120))
     return root
 
 
