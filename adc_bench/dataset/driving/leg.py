@@ -77,12 +77,11 @@ def course_aside(path: Path, knots: Knots) -> Array:
 def driven_line(path: Path, aside_m: Array) -> Array:
     """Return the line (n, 4) at an offset from a path: x, y, heading and curvature at its stations."""
     s_m = stations_m(path)
-    base, bend = path.poses(s_m), path.curvature_pm(s_m)
-    slope = np.gradient(aside_m, STEP_M) if aside_m.any() else np.zeros_like(aside_m)
-    scale = 1 - bend * aside_m
-    heading = base[:, 2] + np.arctan2(slope, scale)
+    base = path.poses(s_m)
+    slope, scale = np.gradient(aside_m, STEP_M), 1 - path.curvature_pm(s_m) * aside_m
+    heading = np.unwrap(base[:, 2] + np.arctan2(slope, scale))
     x, y = base[:, 0] - aside_m * np.sin(base[:, 2]), base[:, 1] + aside_m * np.cos(base[:, 2])
-    curvature = bend / scale + (np.gradient(slope, STEP_M) if slope.any() else 0.0)
+    curvature = np.gradient(heading, STEP_M) / np.hypot(np.gradient(x, STEP_M), np.gradient(y, STEP_M))
     return np.stack([x, y, heading, curvature], axis=1)
 
 

@@ -10,7 +10,7 @@ from adc_bench.dataset.driving.floor import passes_m
 from adc_bench.dataset.driving.leg import Knots, Leg, stations_m
 from adc_bench.dataset.driving.parking import bay_parking, parallel_legs, parallel_parking
 from adc_bench.dataset.driving.route import Loop, Way, half_lap, route
-from adc_bench.dataset.driving.task import Task
+from adc_bench.dataset.driving.task import HALF_LAP_MIN_M, Task
 from adc_bench.geometry import Path
 from adc_bench.world.arena import road_centre
 from adc_bench.world.categories import PanelSign
@@ -23,6 +23,7 @@ SIGN_SEEN_M = 4.0  # before the crosswalk the panels change
 STOP_BEFORE_M = 0.65  # the robot's origin before the crosswalk's middle, as at a run's start
 STOPPED_S = (2.0, 4.0)
 CORRIDOR_ENTRY_M = 2.2
+WORKS_AHEAD_M = (2.5, 4.0)
 
 Legs = tuple[Leg, ...]
 
@@ -83,7 +84,7 @@ def works(task: Task) -> Legs | None:
     assert there
     path = task.draw_route(turns_share=0.0)
     outer = _outer_row(there)
-    start_m = task.before(path, *outer[0], (3.5, 6.0), within_m=1.6)
+    start_m = task.before(path, *outer[0], WORKS_AHEAD_M, within_m=1.6)
     if start_m is None:
         return None
     return (task.free_leg(path, start_m, _corridor(path, there, start_m)),)
@@ -99,8 +100,9 @@ def _corridor(path: Path, there: Works, start_m: float) -> Knots:
     inner = np.array(min(there.left, there.right, key=len))
     inwards = 1.0 if _outer_row(there) == there.right else -1.0
     reach_m = float(np.ptp(outer, axis=0).sum())
-    s_m, aside_m = path.project(outer, around_s_m=start_m + reach_m / 2 + 3.0, window_m=reach_m / 2 + 5.0)
-    s_inner_m, aside_inner_m = path.project(inner, around_s_m=start_m + reach_m / 2 + 3.0, window_m=reach_m / 2 + 5.0)
+    middle_m, window_m = start_m + WORKS_AHEAD_M[1] + reach_m / 2, WORKS_AHEAD_M[1] + reach_m / 2
+    s_m, aside_m = path.project(outer, around_s_m=middle_m, window_m=window_m)
+    s_inner_m, aside_inner_m = path.project(inner, around_s_m=middle_m, window_m=window_m)
     row = PchipInterpolator(s_m, aside_m)
     width_m = float(np.abs(aside_inner_m - row(np.clip(s_inner_m, s_m[0], s_m[-1]))).mean())
     along = np.linspace(s_m[0], s_m[-1], 25)
@@ -116,7 +118,7 @@ def _corridor(path: Path, there: Works, start_m: float) -> Knots:
 def signs(task: Task) -> Legs | None:
     """Obeys the panels at each crossing: straight on, round the other way, stop and go, at last park or the end."""
     first: Loop = "east" if task.rng.random() < 0.5 else "west"
-    crossings = 2 + int(task.reach_m / 20.0)
+    crossings = 1 + int(0.85 * task.reach_m / HALF_LAP_MIN_M)  # so that most drives come to the last
     loops: list[Loop] = [first] + [("east", "west")[(k + (first == "east")) % 2] for k in range(crossings)]
     ways: list[Way] = ["turn" if task.rng.random() < 0.4 else "straight" for _ in loops]
     if task.rng.random() < 0.5:

@@ -1,12 +1,11 @@
 """From a split and a drive's number to its arena and its plan; each depends on nothing else."""
 
 from dataclasses import dataclass
-from typing import Literal
 
-import msgspec
 import numpy as np
 
 from adc_bench.dataset.drive_recipe import MISSIONS, SUITING, Behaviour, DriveRecipe, MissionName
+from adc_bench.dataset.drive_script import DriveScript
 from adc_bench.dataset.driving.driver import CONTROL_PERIOD_S, Hand
 from adc_bench.dataset.driving.floor import is_free, taken_floor
 from adc_bench.dataset.driving.hand import draw_hand, draw_start
@@ -34,7 +33,7 @@ CRUISE_MPS: dict[MissionName, tuple[float, float]] = {
     "signs": (0.5, 1.2),
     "obstacles": (0.4, 1.1),
     "tunnel": (0.4, 1.4),
-    "works": (0.3, 0.7),
+    "works": (0.45, 0.8),
     "parallel_parking": (0.4, 0.9),
     "bay_parking": (0.4, 0.9),
     "vertical_signs": (0.3, 0.7),
@@ -53,32 +52,6 @@ LAYOUTS: dict[MissionName, tuple[str, ...]] = {
     "vertical_signs": ("v1",),
 }
 PARKED_IN: dict[MissionName, slice] = {"parallel_parking": slice(0, 1), "bay_parking": slice(1, 3)}
-
-Ending = Literal["finished", "time", "contact"]
-
-
-class DriveScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What drives, and what came of it; a drive's file holds it as JSON.
-
-    Attributes:
-        driver: always the scripted driver, who knows the true pose.
-        attempt: how many draws were no drives before this one.
-        delay_steps: control steps from the driver's decision to the command.
-        ending: `finished` (all legs driven), `time` (`duration_s` is over) or `contact` (hit something).
-    """
-
-    number: int
-    seed: int
-    driver: str = "scripted, with the true pose"
-    mission: MissionName
-    behaviour: Behaviour
-    attempt: int
-    duration_s: float
-    cruise_mps: float
-    lateral_mps2: float
-    delay_steps: int
-    start_pose: Pose2
-    ending: Ending | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
