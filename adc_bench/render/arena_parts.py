@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from adc_bench.render.artwork import panel_picture, poster_picture, sign_picture
-from adc_bench.render.atlas import Atlas
+from adc_bench.render.atlas import Atlas, Covering, covering_of
 from adc_bench.render.floor_light import FloorLight
 from adc_bench.render.light import LAMP_GRID, LAMP_SIZE_M, UNIT_LUX, Lighting
 from adc_bench.render.meshes import Patch, board_patches, flat_patch, patches, rectangles_mesh
@@ -129,7 +129,7 @@ class ArenaParts:
             name="ceiling",
             mesh=ceiling.mesh,
             albedo=Plain(albedo=(CEILING_ALBEDO,) * 3),
-            samples=ceiling.samples(WALL_TEXEL_M),
+            samples=ceiling.samples(max(ceiling.size_m)),  # the same light everywhere
             label_id=OtherId.WALL,
         )
         half, z = LAMP_SIZE_M / 2, self.scenario.arena_spec.hall_height_m - LAMP_DROP_M
@@ -156,16 +156,17 @@ class ArenaParts:
         solids = [
             solid for solid in self.scenario.solids if solid.kind not in ("wall", "poster") and solid.name not in boards
         ]
-        of_all = [(patch, solid.albedo, ID_OF_KIND[solid.kind]) for solid in solids for patch in patches(solid)]
-        of_all += [(back, BOARD_GREY, OtherId.SIGN_POST) for _, back in self._board_sides().values()]
-        drawn, albedos, ids = zip(*of_all, strict=True)
-        atlas = Atlas.of_patches(drawn, albedos, SOLID_TEXEL_M)
+        backs = [Covering.of([back], SOLID_TEXEL_M) for _, back in self._board_sides().values()]
+        coverings = [*(covering_of(solid, SOLID_TEXEL_M) for solid in solids), *backs]
+        atlas = Atlas.of_coverings(coverings, [*(solid.albedo for solid in solids), *(BOARD_GREY for _ in backs)])
+        ids = [*(ID_OF_KIND[solid.kind] for solid in solids), *(OtherId.SIGN_POST for _ in backs)]
+        id_of_patch = np.repeat(np.array(ids, np.uint8), [len(covering.shapes) for covering in coverings])
         return Part(
             name="solids",
             mesh=atlas.mesh,
             albedo=Painted(picture=lambda: atlas.albedo),
             samples=atlas.samples,
-            texel_ids=np.array(ids, np.uint8)[atlas.of_patch],
+            texel_ids=id_of_patch[atlas.of_patch],
         )
 
     def _board_sides(self) -> Mapping[str, tuple[Patch, Patch]]:

@@ -1,16 +1,69 @@
 """Many patches of solids as one mesh with one picture of albedo and one of light."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from adc_bench.geometry import Pose3
 from adc_bench.render.meshes import TEXELS_MAX, Mesh, Patch, Samples, joined, patches
-from adc_bench.world.solids import Solid
+from adc_bench.world.solids import Shape, Solid
 
+Array = NDArray[np.float64]
 WIDTH_TEXELS = 256  # at most
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Covering:
+    """The patches of one thing at one texel size.
+
+    Attributes:
+        mesh: of all of them, each with texture coordinates over the unit square.
+        of_vertex: (n,) which patch each vertex belongs to.
+        shapes: (patches, 2) each one's light picture's height and width.
+        points: (m, 3) the texels' centres, one patch after the other.
+        normals: (m, 3) there.
+    """
+
+    mesh: Mesh
+    of_vertex: NDArray[np.int32]
+    shapes: NDArray[np.int32]
+    points: Array
+    normals: Array
+
+    @classmethod
+    def of(cls, of_all: Sequence[Patch], texel_m: float) -> "Covering":
+        """Return the covering of patches."""
+        shapes = [patch.texels(texel_m) for patch in of_all]
+        centres = [patch.texel_centres(shape) for patch, shape in zip(of_all, shapes, strict=True)]
+        vertices = [len(patch.mesh.vertices) for patch in of_all]
+        return cls(
+            mesh=joined([patch.mesh for patch in of_all]),
+            of_vertex=np.repeat(np.arange(len(of_all), dtype=np.int32), vertices),
+            shapes=np.array(shapes, np.int32),
+            points=np.concatenate([points for points, _ in centres]),
+            normals=np.concatenate([normals for _, normals in centres]),
+        )
+
+    def moved(self, pose: Pose3) -> "Covering":
+        """Return the covering in the outer frame."""
+        points = np.einsum("ij,kj->ik", self.points, pose.rotation) + pose.translation_m
+        normals = np.einsum("ij,kj->ik", self.normals, pose.rotation)
+        return replace(self, mesh=self.mesh.moved(pose), points=points, normals=normals)
+
+
+def covering_of(solid: Solid, texel_m: float) -> Covering:
+    """Return a solid's covering, where its pose puts it."""
+    return _own_covering(solid.shape, solid.size_m, texel_m).moved(solid.pose_world_solid())
+
+
+@lru_cache(maxsize=256)
+def _own_covering(shape: Shape, size_m: tuple[float, float, float], texel_m: float) -> Covering:
+    """Return a covering in the solid's own frame: most things in a hall come in a few sizes."""
+    solid = Solid(name="", kind="box", shape=shape, centre_m=(0.0, 0.0, 0.0), size_m=size_m)
+    return Covering.of(list(patches(solid)), texel_m)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,37 +85,35 @@ class Atlas:
     @classmethod
     def of(cls, solids: Sequence[Solid], texel_m: float) -> "Atlas":
         """Return the atlas of solids, at about this texel size."""
-        of_all = [(patch, solid.albedo) for solid in solids for patch in patches(solid)]
-        return cls.of_patches([p for p, _ in of_all], [a for _, a in of_all], texel_m)
+        return cls.of_coverings([covering_of(solid, texel_m) for solid in solids], [solid.albedo for solid in solids])
 
     @classmethod
-    def of_patches(
-        cls, of_all: Sequence[Patch], albedos: Sequence[tuple[float, float, float]], texel_m: float
-    ) -> "Atlas":
-        """Return the atlas of patches with one albedo each."""
-        shapes = [patch.texels(texel_m) for patch in of_all]
-        corners, (height, width) = _shelves(shapes)
+    def of_coverings(cls, coverings: Sequence[Covering], albedos: Sequence[tuple[float, float, float]]) -> "Atlas":
+        """Return the atlas of coverings with one albedo each."""
+        shapes = np.concatenate([covering.shapes for covering in coverings])
+        corners, (height, width) = _shelves(shapes.tolist())
+        counts = shapes.prod(axis=1)
         index = np.zeros((height, width), np.int32)
-        meshes, first = [], 0
-        for patch, (h, w), (row, column) in zip(of_all, shapes, corners, strict=True):
+        firsts = (np.cumsum(counts) - counts).tolist()
+        for first, (h, w), (row, column) in zip(firsts, shapes.tolist(), corners, strict=True):
             rows, columns = _bordered(h), _bordered(w)
             index[row : row + h + 2, column : column + w + 2] = first + w * rows[:, None] + columns
-            u0, v0 = (column + 1) / width, (row + 1) / height
-            meshes.append(patch.mesh.within((u0, v0, u0 + w / width, v0 + h / height)))
-            first += h * w
-        centres = [patch.texel_centres(shape) for patch, shape in zip(of_all, shapes, strict=True)]
-        counts = [h * w for h, w in shapes]
-        colours = np.repeat(np.array(albedos), counts, axis=0)
-        rgba = np.column_stack([np.round(colours * 255), np.full(len(colours), 255)]).astype(np.uint8)
+        mesh = joined([covering.mesh for covering in coverings])
+        patch_counts = [len(covering.shapes) for covering in coverings]
+        first_patch = np.repeat(np.cumsum(patch_counts) - patch_counts, [len(c.of_vertex) for c in coverings])
+        of_vertex = first_patch + np.concatenate([covering.of_vertex for covering in coverings])
+        uvs = (np.array(corners)[:, ::-1] + 1)[of_vertex] + mesh.uvs * shapes[:, ::-1][of_vertex]
+        rgba = np.array([[*np.round(np.array(albedo) * 255), 255] for albedo in albedos]).astype(np.uint8)
+        of_patch = np.repeat(np.arange(len(shapes), dtype=np.int32), counts)[index]
         return cls(
-            mesh=joined(meshes),
+            mesh=replace(mesh, uvs=(uvs / (width, height)).astype(np.float32)),
             samples=Samples(
-                points=np.concatenate([points for points, _ in centres]),
-                normals=np.concatenate([normals for _, normals in centres]),
+                points=np.concatenate([covering.points for covering in coverings]),
+                normals=np.concatenate([covering.normals for covering in coverings]),
                 index=index,
             ),
-            albedo=rgba[index],
-            of_patch=np.repeat(np.arange(len(shapes), dtype=np.int32), counts)[index],
+            albedo=np.repeat(rgba, patch_counts, axis=0)[of_patch],
+            of_patch=of_patch,
         )
 
 

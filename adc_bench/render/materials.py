@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from adc_bench.render.parts import Light, Painted, Part, Plain, TwoTone
 
-STORE_BYTES = 80_000_000  # floors and walls come back from scenario to scenario; a floor takes 24 MB
+STORE_BYTES = 180_000_000  # floors and walls come back from scenario to scenario: a family's six floors take 150 MB
 _FORMATS = {1: "R8Unorm", 2: "R8G8Unorm", 4: "R8G8B8A8Unorm"}
 
 
