@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.dataset.layout import MANIFEST, SCHEMA, AnyManifest, FileEntry, Manifest
+from adc_bench.dataset.layout import MANIFEST, SCHEMA, AnyManifest, Manifest, ShardEntry
 from adc_bench.dataset.shard import JpegIndex, Shard, damaged, read_jpeg_index
 from adc_bench.dataset.store import Store
 from adc_bench.errors import InputError
@@ -176,11 +176,14 @@ def _check_whole(store: Store, manifest: Manifest) -> None:
     if len(manifest.shards) != manifest.shard_count:
         raise damaged(store.path(MANIFEST), f"{len(manifest.shards)} shards", f"{manifest.shard_count} shards")
     sizes = store.sizes()
-    for entry in (*manifest.shards, *manifest.files):
+    for entry in manifest.shards:
         _check_size(store.path(entry.file), entry, sizes.get(entry.file))
+    for described in manifest.files:
+        if described.file not in sizes:
+            raise damaged(store.path(described.file), "no such file")
 
 
-def _check_size(path: str, entry: FileEntry, size: int | None) -> None:
+def _check_size(path: str, entry: ShardEntry, size: int | None) -> None:
     if size is None:
         raise damaged(path, "no such file")
     if size != entry.size_bytes:

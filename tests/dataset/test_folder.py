@@ -1,6 +1,7 @@
 import hashlib
-import json
+import multiprocessing
 import os
+import uuid
 from pathlib import Path
 
 import h5py
@@ -8,10 +9,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from adc_bench.dataset import FrameDataset, load_split
+from adc_bench.dataset import FrameDataset, load_split, read
 from adc_bench.dataset.check import find_problems
 from adc_bench.dataset.layout import Manifest, to_toml
-from adc_bench.dataset.preview import contact_sheet
+from adc_bench.dataset.store import Store
 from adc_bench.dataset.write import begin
 from adc_bench.errors import InputError
 from adc_bench.world.records import load_record
@@ -22,13 +23,14 @@ def _refusal(root: Path) -> str:
         dataset = FrameDataset(root)
         for i in range(len(dataset)):
             dataset.picture(i)
+            dataset.annotations(i)
     assert caught.value.exit_code == 3
     return str(caught.value)
 
 
 def test_frames_come_back(rendered: Path) -> None:
     dataset = FrameDataset(rendered)
-    assert len(dataset) == 70 and dataset.image_ids == list(range(70))
+    assert len(dataset) == 70 and list(dataset.image_ids) == list(range(70))
     for i in (0, 63, 64, 69):
         picture = dataset.picture(i)
         assert picture.shape == (240, 320, 3) and picture.dtype == np.uint8
@@ -77,18 +79,19 @@ def test_reading_goes_on_in_a_forked_process(rendered: Path) -> None:
 
 
 def test_folders_that_are_no_datasets(tmp_path: Path, rendered: Path) -> None:
-    assert "no such folder" in _refusal(tmp_path / "nowhere")
-    assert "a folder without dataset.toml" in _refusal(tmp_path)
+    assert "an empty or missing folder" in _refusal(tmp_path / "nowhere")
+    assert "an empty or missing folder" in _refusal(tmp_path)
     plan = load_record(rendered / "dataset.toml", Manifest).plan
-    begin(tmp_path / "begun", plan)
+    begin(Store(tmp_path / "begun"), plan)
     assert "an unfinished dataset" in _refusal(tmp_path / "begun")
-    (tmp_path / "begun" / "dataset.toml").write_text("schema = 1\nframes = 'many'\n")
-    assert "$.frames" in _refusal(tmp_path / "begun")
+    assert "no dataset.toml" in _refusal(tmp_path)
+    (tmp_path / "begun" / "dataset.toml").write_text("schema = 2\ncount = 'many'\n")
+    assert "$.count" in _refusal(tmp_path / "begun")
 
 
 def test_a_dataset_of_another_schema_is_refused(folder: Path) -> None:
     path = folder / "dataset.toml"
-    path.write_text(path.read_text().replace("schema = 1", "schema = 99"))
+    path.write_text(path.read_text().replace("schema = 2", "schema = 99"))
     assert "schema 99" in _refusal(folder)
 
 
@@ -127,7 +130,7 @@ def test_a_shard_that_is_no_hdf5_is_named(folder: Path) -> None:
 
 def test_a_shard_that_lacks_a_part_is_named(folder: Path) -> None:
     with h5py.File(folder / "shard-00001.h5", "a") as file:
-        del file["record"]
+        del file["labels"]
     _replace_shard(folder, 1, (folder / "shard-00001.h5").read_bytes())
     assert "not a readable shard" in _refusal(folder)
 
@@ -143,15 +146,48 @@ def test_check_finds_a_flipped_byte_and_a_lost_annotation(folder: Path) -> None:
     data[len(data) // 2] ^= 0xFF
     shard.write_bytes(data)
     coco = folder / "annotations" / "instances.json"
-    document = json.loads(coco.read_bytes())
-    lost = document["annotations"].pop()
-    coco.write_text(json.dumps(document))
+    lines = coco.read_bytes().splitlines(keepends=True)
+    coco.write_bytes(b"".join([*lines[:-2], lines[-1]]))
     told = "\n".join(find_problems(FrameDataset(folder)))
     assert "shard-00000.h5: other bytes than were written" in told
-    assert f"annotations for frame {lost['image_id']}" in told
+    assert "annotations/instances.json: other bytes than were written" in told
 
 
-def test_preview_has_a_row_for_each_light_level_and_the_tunnel(rendered: Path) -> None:
-    sheet = contact_sheet(FrameDataset(rendered), per_camera=2)
-    assert sheet.shape == (5 * 240, 4 * 320, 3)
-    assert all(sheet[240 * row : 240 * (row + 1), :320].any() for row in range(4))
+def test_memory_holds_the_shards_read_last(rendered: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+
+    class Counted(read.Shard):
+        def __init__(self, store: Store, name: str, frames: int) -> None:
+            opened.append(name)
+            super().__init__(store, name, frames)
+
+    monkeypatch.setattr(read, "Shard", Counted)
+    monkeypatch.setattr(read, "FRAMES_IN_MEMORY", 64)
+    dataset = FrameDataset(rendered)
+    for i in (0, 63, 5, 64, 69, 0):
+        assert dataset.conditions(i).scenario == f"val-{i // 16:05d}"
+    assert opened == ["shard-00000.h5", "shard-00001.h5", "shard-00000.h5"]
+    opened.clear()
+    assert len(dataset.jpeg(64)) > 1000 and not opened
+    assert [first for first, _ in dataset.shards()] == [0, 64] and len(opened) == 2
+
+
+def test_reading_goes_on_in_a_spawned_process(rendered: Path) -> None:
+    dataset = FrameDataset(rendered)
+    labels = dataset.annotations(65)
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        assert pool.apply(dataset.jpeg, (65,)) == dataset.jpeg(65)
+        assert pool.apply(dataset.annotations, (65,)) == labels
+
+
+def test_a_dataset_in_a_store_of_objects_reads_the_same(rendered: Path) -> None:
+    address = f"memory://{uuid.uuid4().hex}/val"
+    store = Store(address)
+    for path in rendered.rglob("*"):
+        if path.is_file():
+            store.write(str(path.relative_to(rendered)), path.read_bytes())
+    here, there = FrameDataset(rendered), FrameDataset(address)
+    for i in (0, 40, 69):
+        assert there.jpeg(i) == here.jpeg(i) and there.annotations(i) == here.annotations(i)
+        assert there.scenario(i) == here.scenario(i)
+    assert list(find_problems(there)) == []

@@ -15,7 +15,7 @@ from pycocotools.cocoeval import COCOeval
 from torch.optim import AdamW
 
 import adc_bench.detector.train as train_module
-from adc_bench.dataset import FrameDataset
+from adc_bench.dataset import FrameDataset, layout
 from adc_bench.detector.checkpoint import Progress
 from adc_bench.detector.data import TrainingPictures
 from adc_bench.detector.evaluate import Evaluation
@@ -151,7 +151,7 @@ def test_the_score_is_that_of_pycocotools_on_the_datasets_own_file(validation: F
         ):
             box = [x0, y0, x1 - x0, y1 - y0]
             entries.append({"image_id": image_id, "category_id": int(category_id), "bbox": box, "score": score})
-    truth = COCO(str(validation.coco_path))
+    truth = COCO(validation.store.path(layout.COCO))
     run = COCOeval(truth, truth.loadRes(entries), "bbox")
     run.evaluate()
     run.accumulate()
