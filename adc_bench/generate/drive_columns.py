@@ -36,7 +36,7 @@ class Row:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Shot:
+class Delivered:
     """A picture, when it was taken, and when the camera's latency had passed."""
 
     time_s: float
@@ -44,7 +44,7 @@ class Shot:
     frame: Frame
 
 
-def log_of(script: DriveScript, rig: SensorRig, rows: Sequence[Row], shots: Sequence[Shot]) -> DriveLog:
+def log_of(script: DriveScript, rig: SensorRig, rows: Sequence[Row], shots: Sequence[Delivered]) -> DriveLog:
     """Return the log of a drive that is over."""
     hits = [hit for row in rows for hit in row.contacts]
     return DriveLog(

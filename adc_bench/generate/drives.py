@@ -12,7 +12,7 @@ from adc_bench.dataset.drive_script import DriveScript, Ending
 from adc_bench.dataset.driving.driver import CONTROL_PERIOD_S, begin, drive, is_done, shown_sign
 from adc_bench.dataset.driving.plan import DrivePlan, draw_drive
 from adc_bench.dataset.shard import put_frames
-from adc_bench.generate.drive_columns import Row, Shot, log_of
+from adc_bench.generate.drive_columns import Delivered, Row, log_of
 from adc_bench.generate.plan import ShardTask, plan_renderer
 from adc_bench.render import ArenaRenderer
 from adc_bench.sim import Simulation
@@ -70,7 +70,7 @@ def simulate(scenario: Scenario, plan: DrivePlan) -> Simulated:
         simulation.advance(command.v_mps, command.omega_radps)
 
 
-def take_pictures(renderer: ArenaRenderer, scenario: Scenario, rows: Sequence[Row]) -> Iterator[Shot]:
+def take_pictures(renderer: ArenaRenderer, scenario: Scenario, rows: Sequence[Row]) -> Iterator[Delivered]:
     """Yield the pictures that arrive before the drive is over, in the order in which they were taken."""
     renderer.load(scenario)
     taken = 0
@@ -83,7 +83,7 @@ def take_pictures(renderer: ArenaRenderer, scenario: Scenario, rows: Sequence[Ro
         for mount in due:
             frame = renderer.drive_frame(taken, mount.name, row.pose_world_robot, time_s=row.time_s, motion=row.motion)
             taken += 1
-            yield Shot(time_s=row.time_s, arrival_time_s=row.time_s + mount.latency_s, frame=frame)
+            yield Delivered(time_s=row.time_s, arrival_time_s=row.time_s + mount.latency_s, frame=frame)
 
 
 def _observe(simulation: Simulation, sign: PanelSign) -> Row:
