@@ -117,11 +117,11 @@ def _cluster() -> Iterator[Any]:
             wanted="a running Ray cluster, at RAY_ADDRESS or started on this machine",
             todo="ray start --head on one machine, ray start --address=HEAD:6379 on the others; then run again",
         ) from None
-    try:
-        with redirect_stdout(sys.stderr):  # Ray tells of nodes that died on stdout, where only our report belongs
+    with redirect_stdout(sys.stderr):  # Ray tells of nodes that died on stdout, where only our report belongs
+        try:
             yield ray
-    finally:
-        ray.shutdown()
+        finally:
+            ray.shutdown()
 
 
 def _address() -> str:
