@@ -12,7 +12,7 @@ from typing import Literal
 import msgspec
 
 from adc_bench.dataset.split import Split
-from adc_bench.world.quality import Quality
+from adc_bench.world.quality import Extra, Quality
 from adc_bench.world.sensors import CameraMount
 
 SCHEMA = 2
@@ -20,7 +20,6 @@ FRAMES_PER_SHARD = 256
 MANIFEST = "dataset.toml"
 CARD = "README.md"
 Kind = Literal["frames", "drives"]
-Extra = Literal["depth", "semantic"]
 COCO = "annotations/instances.json"
 RECEIPTS = "receipts"
 

@@ -4,12 +4,12 @@ from functools import lru_cache
 
 import msgspec
 
-from adc_bench.dataset.layout import FRAMES_PER_SHARD, Extra, Kind, Manifest
+from adc_bench.dataset.layout import FRAMES_PER_SHARD, Kind, Manifest
 from adc_bench.dataset.split import Split
 from adc_bench.errors import InputError, UsageError
 from adc_bench.generate.node import software
 from adc_bench.render import ArenaRenderer
-from adc_bench.world.quality import Quality
+from adc_bench.world.quality import Extra, Quality
 from adc_bench.world.salt import VARIABLE, salt_sha256
 from adc_bench.world.sensors import SensorRig
 

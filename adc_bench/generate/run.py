@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from adc_bench.dataset.layout import FRAMES_PER_SHARD, Extra, Kind, Manifest, Summary
+from adc_bench.dataset.layout import FRAMES_PER_SHARD, Kind, Manifest, Summary
 from adc_bench.dataset.receipts import put_shard
 from adc_bench.dataset.split import Split
 from adc_bench.dataset.store import Store
@@ -14,7 +14,7 @@ from adc_bench.generate.frames import render_frames
 from adc_bench.generate.node import check_sight, check_software
 from adc_bench.generate.plan import ShardTask, plan_dataset, plan_renderer
 from adc_bench.generate.progress import Count, Progress
-from adc_bench.world.quality import Quality
+from adc_bench.world.quality import Extra, Quality
 
 
 def render_split(
