@@ -74,7 +74,8 @@ def finish(store: Store, plan: Manifest) -> Summary:
         if number not in found:
             raise damaged(store.path(shard_name(number)), "no such file, or not as it was written")
     shards = tuple(found[number] for number in range(plan.shard_count))
-    if stored.summary is None or stored.shards != shards or not all(is_whole(store, file) for file in stored.files):
+    whole = store.exists(CARD) and all(is_whole(store, file) for file in stored.files)
+    if stored.summary is None or stored.shards != shards or not whole:
         stored = _described(store, msgspec.structs.replace(plan.plan, shards=shards))
         store.write(MANIFEST, to_toml(stored))
     store.delete_folder(RECEIPTS)
