@@ -5,7 +5,6 @@ The unit is 300 lux, so a white surface in an ordinarily lit hall has radiance a
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -101,10 +100,7 @@ class Lighting:
         # floodlights are aimed at the floor: what stands upright gets less than a parallel beam would give it
         share: Array = flood.share * cosine / (towards[2] + UPRIGHT_LOSS * (1 - normals[:, 2]))
         facing = np.flatnonzero(share)
-        lit = np.zeros(len(facing))
-        for ray in flood_rays(flood):
-            lit += ~shadowed(points[facing], ray, self._blockers)
-        share[facing] *= lit / len(CORNERS)
+        share[facing] *= 1 - shadowed(points[facing], flood_rays(flood), self._blockers).mean(axis=0)
         return share
 
     def openness(self, points: Array) -> Array:
@@ -159,10 +155,10 @@ def direction(azimuth_rad: float, elevation_rad: float) -> Array:
     return np.array([level * math.cos(azimuth_rad), level * math.sin(azimuth_rad), math.sin(elevation_rad)])
 
 
-def flood_rays(flood: Flood) -> Sequence[Array]:
-    """Return four directions (3,) towards a floodlight's face."""
+def flood_rays(flood: Flood) -> Array:
+    """Return four directions (4, 3) towards a floodlight's face."""
     half = PENUMBRA_RAD / 2
-    return [direction(flood.azimuth_rad + da * half, flood.elevation_rad + de * half) for da, de in CORNERS]
+    return np.array([direction(flood.azimuth_rad + da * half, flood.elevation_rad + de * half) for da, de in CORNERS])
 
 
 def sky(normals: Array) -> Array:

@@ -53,32 +53,47 @@ class Blockers:
 
 
 def shadowed(points: Array, towards: Array, blockers: Blockers) -> NDArray[np.bool_]:
-    """Return for each point (n, 3) whether a box stands between it and a far light (slab test, culled by spheres)."""
-    hit = np.zeros(len(points), bool)
+    """Return for each of some rays (k, 3) that point nearly the same way, towards a far light, and each point (n, 3)
+    whether a box stands in the ray's way (k, n): a slab test, culled by the boxes' bounding spheres.
+    """
+    hit = np.zeros((len(towards), len(points)), bool)
     if not blockers.each or not len(points):
         return hit
-    x, y, z = towards
-    across = np.array([[y, -x, 0.0], [-x * z, -y * z, x * x + y * y]]) / math.hypot(x, y)
-    centres, radii = blockers.centres @ across.T, blockers.radii
-    u, v = np.einsum("ij,j->i", points, across[0]), np.einsum("ij,j->i", points, across[1])
-    near_u = (centres[:, 0] + radii > u.min()) & (centres[:, 0] - radii < u.max())
-    near_v = (centres[:, 1] + radii > v.min()) & (centres[:, 1] - radii < v.max())
-    for k in np.flatnonzero(near_u & near_v).tolist():
-        near = np.flatnonzero((np.abs(u - centres[k, 0]) < radii[k]) & (np.abs(v - centres[k, 1]) < radii[k]))
-        if len(near):
+    axes, spread = _along(towards)
+    u, v, w = np.einsum("ij,kj->ki", points, axes)
+    centres, radii = np.einsum("ij,kj->ki", blockers.centres, axes), blockers.radii
+    reach = radii + spread * np.maximum(centres[2] + radii - w.min(), 0)
+    near_u = (centres[0] + reach > u.min()) & (centres[0] - reach < u.max())
+    near_v = (centres[1] + reach > v.min()) & (centres[1] - reach < v.max())
+    for k in np.flatnonzero(near_u & near_v & (centres[2] + radii > w.min())).tolist():
+        cu, cv, cw = centres[:, k].tolist()
+        ahead = cw - w
+        within = radii[k] + spread * np.abs(ahead)
+        near = ((u - cu) ** 2 + (v - cv) ** 2 < within * within) & (ahead > -radii[k])
+        (some,) = near.nonzero()
+        if len(some):
             blocker = blockers.each[k]
-            local = np.einsum("ij,jk->ik", points[near] - blocker.centre, blocker.rotation)
-            ray = towards @ blocker.rotation
-            hit[near] |= _ray_meets_box(local, np.where(np.abs(ray) < 1e-12, 1e-12, ray), blocker.half)
+            local = np.einsum("ij,jk->ki", points[some] - blocker.centre, blocker.rotation)
+            rays = np.einsum("ij,jk->ki", towards, blocker.rotation)
+            hit[:, some] |= _rays_meet_box(local, np.where(np.abs(rays) < 1e-12, 1e-12, rays), blocker.half)
     return hit
 
 
-def _ray_meets_box(origins: Array, ray: Array, half: Array) -> NDArray[np.bool_]:
-    """Return whether rays (3,) from points (n, 3) meet the box of half size (3,) about the origin, ahead of them."""
-    middle, reach = -origins / ray, half / np.abs(ray)
+def _along(rays: Array) -> tuple[Array, float]:
+    """Return axes (3, 3), the third along the middle of rays (k, 3), and how far a ray strays from it per metre."""
+    x, y, z = rays.mean(axis=0) / np.linalg.norm(rays.mean(axis=0))
+    level = math.hypot(x, y)
+    axes = np.array([[y / level, -x / level, 0.0], [-x * z / level, -y * z / level, level], [x, y, z]])
+    sideways, ahead = rays @ axes[:2].T, rays @ axes[2]
+    return axes, 1.01 * float((np.hypot(*sideways.T) / ahead).max())
+
+
+def _rays_meet_box(origins: Array, rays: Array, half: Array) -> NDArray[np.bool_]:
+    """Return whether rays (3, k) from points (3, n) meet the box of half size (3,) about the origin, ahead (k, n)."""
+    middle, reach = origins[:, None] * (-1 / rays)[..., None], (half[:, None] / np.abs(rays))[..., None]
     enter, leave = middle - reach, middle + reach
-    first = np.maximum(np.maximum(enter[:, 0], enter[:, 1]), enter[:, 2])
-    last = np.minimum(np.minimum(leave[:, 0], leave[:, 1]), leave[:, 2])
+    first = np.maximum(np.maximum(enter[0], enter[1]), enter[2])
+    last = np.minimum(np.minimum(leave[0], leave[1]), leave[2])
     meets: NDArray[np.bool_] = last > np.maximum(first, 1e-6)
     return meets
 

@@ -77,7 +77,7 @@ def test_shadow_outlines_are_where_rays_are_blocked() -> None:
         )
         ray = flood_rays(Flood(azimuth_rad=rng.uniform(-3, 3), elevation_rad=rng.uniform(0.4, 1.2), share=1.0))[0]
         places = rng.uniform(-4, 4, (4000, 2))
-        blocked = shadowed(np.column_stack([places, np.zeros(len(places))]), ray, Blockers.of([box]))
+        (blocked,) = shadowed(np.column_stack([places, np.zeros(len(places))]), ray[None], Blockers.of([box]))
         corners = box.pose_world_solid().transform(
             np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * box.size_m
         )
