@@ -2,12 +2,15 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from adc_bench.cli.progress import progress_bar
 from adc_bench.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from adc_bench.dataset.read import FrameDataset
 
 app = typer.Typer(
     help="Check a dataset, look at it.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False
@@ -55,22 +58,59 @@ def check(
 
 
 @app.command()
-def preview(folder: Folder, out: Annotated[Path, typer.Option(help="The PNG or JPEG file to write.")]) -> None:
-    """Write a contact sheet: both cameras at every light level and in the tunnel, with their boxes."""
-    import cv2
+def stats(
+    folder: Folder,
+    out: Annotated[Path | None, typer.Option(metavar="DIR2", help="Write stats.png and stats.html there.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Count categories, sizes, distances, light, blur, arenas and drives."""
+    import msgspec
 
     from adc_bench.dataset.layout import write_file
-    from adc_bench.dataset.preview import contact_sheet
+    from adc_bench.dataset.read import FrameDataset
+    from adc_bench.dataset.stats import page_of, picture_of, statistics_of, text_of
+
+    with progress_bar("reading shards") as tell:
+        found = statistics_of(FrameDataset(folder), tell)
+    if out:
+        write_file(out / "stats.png", picture_of(found))
+        write_file(out / "stats.html", page_of(found))
+    typer.echo(json.dumps(msgspec.to_builtins(found), indent=2) if as_json else text_of(found))
+
+
+@app.command()
+def preview(
+    folder: Folder,
+    out: Annotated[Path, typer.Option(help="The file to write: .png or .jpg a contact sheet, .html a page.")],
+    frames: Annotated[int, typer.Option(min=1, help="At most so many pictures on the page.")] = 60,
+) -> None:
+    """Show both cameras at every light level and in the tunnel, with their labels."""
+    from adc_bench.dataset.layout import write_file
+    from adc_bench.dataset.preview import page_of
     from adc_bench.dataset.read import FrameDataset
 
-    if out.suffix.lower() not in (".png", ".jpg"):
+    kind = out.suffix.lower()
+    if kind not in (".png", ".jpg", ".html"):
         raise UsageError(
-            where="--out", found=str(out), wanted="a name that ends in .png or .jpg", todo="name the picture so"
+            where="--out",
+            found=str(out),
+            wanted="a name that ends in .png, .jpg or .html",
+            todo="name the picture or page so",
         )
-    sheet = contact_sheet(FrameDataset(folder))
-    _, picture = cv2.imencode(out.suffix.lower(), cv2.cvtColor(sheet, cv2.COLOR_RGB2BGR))
-    write_file(out, picture.tobytes())
-    typer.echo(f"{out}: {sheet.shape[1]}x{sheet.shape[0]} pixels")
+    dataset = FrameDataset(folder)
+    data = page_of(dataset, frames) if kind == ".html" else _sheet(dataset, kind)
+    write_file(out, data)
+    typer.echo(f"{out}: {len(data) / 1e6:.1f} MB")
+
+
+def _sheet(dataset: "FrameDataset", kind: str) -> bytes:
+    import cv2
+
+    from adc_bench.dataset.preview import contact_sheet
+
+    _, picture = cv2.imencode(kind, cv2.cvtColor(contact_sheet(dataset), cv2.COLOR_RGB2BGR))
+    data: bytes = picture.tobytes()
+    return data
 
 
 @app.command()

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from adc_bench.dataset.preview.colours import colour_of
 from adc_bench.dataset.read import FrameDataset
 from adc_bench.world.categories import CATEGORIES
 from adc_bench.world.frame import Label
@@ -14,14 +15,6 @@ from adc_bench.world.look import LIGHT_LEVELS
 
 Picture = NDArray[np.uint8]
 ROWS = (*LIGHT_LEVELS, "tunnel")
-COLOURS = {
-    "crosswalk": (255, 200, 0),
-    "panel": (0, 230, 120),
-    "sign": (80, 170, 255),
-    "box": (255, 90, 90),
-    "cone": (255, 120, 255),
-}
-IGNORED_COLOUR = (150, 150, 150)
 
 
 def contact_sheet(dataset: FrameDataset, per_camera: int = 3) -> Picture:
@@ -47,7 +40,7 @@ def draw_labels(picture: Picture, labels: Sequence[Label]) -> Picture:
     canvas = picture.copy()
     for label in labels:
         name = CATEGORIES[label.category_id - 1]
-        colour = IGNORED_COLOUR if label.ignore else COLOURS[name.split("_")[0]]
+        colour = colour_of(name, ignored=label.ignore)
         x0, y0, x1, y1 = (round(value) for value in label.box_px)
         cv2.rectangle(canvas, (x0, y0), (x1 - 1, y1 - 1), colour, 1)
         _write(canvas, name, (x0 + 1, max(y0 - 3, 10)), colour)
