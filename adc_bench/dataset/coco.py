@@ -1,10 +1,10 @@
 """The annotations as COCO JSON, made shard by shard.
 
 Beside COCO's fields an image has camera, scenario, look_id, light_level, illuminance_lux, exposure, shutter_s, blur_px
-and in_tunnel; an annotation has amodal_bbox (clipped to the picture), amodal_bbox_whole, visible_px, visible_fraction,
-truncation, distance_m, instance, and the object's pose seen from the world and from the camera (x, y, z, quaternion x,
-y, z, w). Boxes are x, y, width, height. An ignore region has iscrowd 1. Pixels are rounded to 1/1000, metres,
-quaternions and shares to 1e-6.
+and in_tunnel, of a drive also time_s, the middle of its exposure; an annotation has amodal_bbox (clipped to the
+picture), amodal_bbox_whole, visible_px, visible_fraction, truncation, distance_m, instance, and the object's pose seen
+from the world and from the camera (x, y, z, quaternion x, y, z, w). Boxes are x, y, width, height. An ignore region has
+iscrowd 1. Pixels are rounded to 1/1000, metres, quaternions and shares to 1e-6.
 """
 
 from collections.abc import Callable, Iterator
@@ -90,6 +90,7 @@ def image_records(shard: Shard, first: int, file_name: FileName, size_px: tuple[
             "width": size_px[0],
             "height": size_px[1],
             "camera": camera,
+            **({} if shard.picture_time_s is None else {"time_s": float(shard.picture_time_s[row])}),
             **msgspec.to_builtins(shard.conditions(row)),
         }
 

@@ -158,6 +158,7 @@ class Shard:
         self.condition_columns: Columns = take_conditions(file["conditions"])
         self.label_columns: Columns = take_labels(file["labels"])
         self.lane_line_columns: Columns = take_lane_lines(file["lane_lines"])
+        self.picture_time_s: Array | None = file["pictures/time_s"][:] if "pictures" in file else None  # of a drive
         self._scenarios = take_blobs(file, "scenario")
         self._jpegs = JpegIndex(self._store, self._name, file)
 

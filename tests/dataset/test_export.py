@@ -9,6 +9,7 @@ import signal
 import tarfile
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from pycocotools.coco import COCO
@@ -16,11 +17,23 @@ from torchvision.datasets import CocoDetection
 from typer.testing import CliRunner
 
 from adc_bench.cli.main import app
-from adc_bench.dataset import FrameDataset
+from adc_bench.dataset import FrameDataset, load_split
+from adc_bench.dataset.drive_recipe import DriveRecipe
+from adc_bench.dataset.drives import DriveDataset
 from adc_bench.dataset.export import FORMATS, FormatName, export_dataset
 from adc_bench.dataset.store import Store
 from adc_bench.errors import InputError, UsageError
+from adc_bench.generate import render_split
+from adc_bench.geometry import Pose3
 from adc_bench.world.categories import CATEGORIES
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> DriveDataset:
+    root = tmp_path_factory.mktemp("rendered") / "drives"
+    split = msgspec.structs.replace(load_split("val"), drives=DriveRecipe(count=2, duration_s=(1.0, 1.5)))
+    render_split(split, root, kind="drives", size_px=(96, 72))
+    return DriveDataset(root)
 
 
 @pytest.fixture(scope="module")
@@ -121,6 +134,30 @@ def test_trajectories_are_the_cameras(dataset: FrameDataset, tmp_path: Path) -> 
         assert [dataset.camera(i) for i in numbers] == [camera] * len(numbers)
         for number, figures in zip(numbers, poses, strict=True):
             np.testing.assert_allclose(figures.reshape(3, 4), dataset.pose_world_camera(number)[:3], atol=1e-8)
+
+
+def test_drives_are_exported_with_their_times(drives: DriveDataset, tmp_path: Path) -> None:
+    frames = drives.frames
+    for name in FORMATS:
+        export_dataset(frames, name, tmp_path / name)
+    images = json.loads((tmp_path / "coco" / "annotations" / "instances.json").read_bytes())["images"]
+    for k in range(len(drives)):
+        for camera in ("road", "panel"):
+            seen = drives.pictures(k, camera)
+            assert [images[i]["time_s"] for i in seen.frame] == seen.time_s.tolist()
+            assert {images[i]["camera"] for i in seen.frame} == {camera}
+        truth, name = drives.drive(k).truth, f"drive-{k:05d}"
+        tum = np.loadtxt(tmp_path / "tum" / f"{name}.tum")
+        np.testing.assert_allclose(tum, np.column_stack([truth["time_s"], truth["pose_world_robot"]]), atol=1e-6)
+        times = np.loadtxt(tmp_path / "kitti" / "sequences" / name / "times.txt")
+        poses = np.loadtxt(tmp_path / "kitti" / "poses" / f"{name}.txt").reshape(-1, 3, 4)
+        np.testing.assert_allclose(times, truth["time_s"], atol=1e-6)
+        for pose, figures in zip(poses, truth["pose_world_robot"], strict=True):
+            np.testing.assert_allclose(pose, Pose3.from_figures(figures).matrix()[:3], atol=1e-8)
+    assert len(list(tmp_path.glob("webdataset/*.tar"))) == len(drives) == 2
+    labels = [label for i in range(len(frames)) for label in frames.annotations(i)]
+    rows = [path.read_text().splitlines() for path in tmp_path.glob("yolo/labels/val/*.txt")]
+    assert len(rows) == len(frames) and sum(map(len, rows)) == sum(not label.ignore for label in labels) > 0
 
 
 @pytest.mark.parametrize("name", FORMATS)
