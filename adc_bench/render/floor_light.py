@@ -5,7 +5,7 @@ for good and each body contribute their own shadows, so a body's can be taken ou
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose3
 from adc_bench.render.light import CORNERS, LAMP_SIZE_M, Lighting, flood_rays, lamp_on_floor
-from adc_bench.render.shadows import outline_points, shadow_points
+from adc_bench.render.shadows import Outlines
 from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
@@ -22,6 +22,7 @@ Bounds = tuple[float, float, float, float]
 Window = tuple[int, int, int, int]  # rows and columns: r0, r1, c0, c1
 SUBTEXEL_BITS = 4
 CONTACT_SHADE, CONTACT_GAP_M = 0.6, 0.2  # darkening under a thing on the floor, and how fast it goes with a gap
+CONTACT_TOP_M = 1.2  # what hangs higher darkens the floor by less than half a step of 255
 CONTACT_REACH, CONTACT_REACH_M = 0.2, 0.09  # e-folding reach: of the thing's height, and at most
 
 
@@ -63,9 +64,8 @@ class FloorLight:
         openness = lighting.openness(points).reshape(height, width).astype(np.float32)
         self._parts[len(lighting.scenario.look.floods) :] *= openness
         self._sky = np.float32(lighting.sky_share) * openness
-        self._blocked = np.zeros((height, width), np.uint32)
         self._shades: dict[str, Shade] = {}
-        self._bake_static(lighting.scenario.solids)
+        self._bake_static(lighting.standing)
         self.picture = np.empty((height, width, 4), np.float32)
         self._bake((0, height, 0, width))
 
@@ -97,55 +97,56 @@ class FloorLight:
         (c0, r0), (c1, r1) = ((np.array(corner) - self._origin) * self._scale for corner in ((x0, y1), (x1, y0)))
         return math.ceil(r0) + 1, math.floor(r1) - 1, math.ceil(c0) + 1, math.floor(c1) - 1
 
-    def _outlines(self, points: Array) -> list[NDArray[np.int32]]:
-        """Return hulls (m, 1, 2) of point sets (k, n, 2), in 1/16 texels for cv2: pixel centres at whole numbers."""
+    def _texels(self, points: Array) -> NDArray[np.int32]:
+        """Return points (..., 2) in 1/16 texels for cv2: pixel centres at whole numbers."""
         texels = (points - self._origin) * self._scale - 0.5
-        return [np.asarray(cv2.convexHull(p)) for p in np.rint(texels * 2**SUBTEXEL_BITS).astype(np.int32)]
+        return np.asarray(np.rint(texels * 2**SUBTEXEL_BITS), np.int32)
 
-    def _bake_static(self, solids: Iterable[Solid]) -> None:
-        solids = [solid for solid in solids if solid.kind not in ("wall", "poster")]
+    def _bake_static(self, standing: Outlines) -> None:
+        height, width = window = self._sky.shape
+        in_the_way = np.ones((len(self._lights), len(standing.solids)), bool)
+        # what the tunnel takes from the lamps is in the openness
         floods = len(CORNERS) * len(self._lighting.scenario.look.floods)
-        outlines = []
-        for solid in solids:
-            # what the tunnel takes from the lamps is in the openness
-            lights = self._lights[:floods] if solid.kind == "tunnel" else self._lights
-            outlines.append(self._outlines(shadow_points(outline_points(solid), lights)))
-        for ray in range(len(self._lights)):
-            mask = np.zeros(self._sky.shape, np.uint8)
-            for of_solid in outlines:
-                if ray < len(of_solid):
-                    cv2.fillConvexPoly(mask, of_solid[ray], 1, shift=SUBTEXEL_BITS)
-            self._blocked |= mask.astype(np.uint32) << np.uint32(ray)
-        for solid in solids:
-            shade = self._shade([solid], None, lights=self._lights[:0])
-            here, there = self._overlap(shade.window, (0, self._sky.shape[0], 0, self._sky.shape[1]), shade)
-            self._sky[here] *= shade.open_sky[there]
+        in_the_way[floods:, [solid.kind == "tunnel" for solid in standing.solids]] = False
+        self._blocked = _blocked(self._texels(standing.shadows(self._lights)), standing, window, in_the_way)
+        feet = self._texels(standing.points[:, :2])
+        for points, foot in zip(standing.each(standing.points), standing.each(feet), strict=True):
+            if points[:, 2].min() < CONTACT_TOP_M:
+                (r0, r1, c0, c1), origin = _around(foot, self._margin([points]))
+                if r0 < height and r1 > 0 and c0 < width and c1 > 0:
+                    shade = self._contact(foot - origin, (r1 - r0, c1 - c0), points)
+                    here = np.s_[max(r0, 0) : min(r1, height), max(c0, 0) : min(c1, width)]
+                    self._sky[here] *= shade[max(-r0, 0) : min(r1, height) - r0, max(-c0, 0) : min(c1, width) - c0]
 
-    def _shade(self, parts: Sequence[Solid], pose: Pose3 | None, lights: Array | None = None) -> Shade:
-        """Return what a body takes where it stands (its parts' frame is the world without a pose)."""
-        lights = self._lights if lights is None else lights
-        points = [outline_points(part, pose) for part in parts]
-        reach_m = 4 * max(_contact_reach_m(p) for p in points)
-        outlines = [self._outlines(shadow_points(p, lights)) for p in points]
-        feet = [self._outlines(p[None, :, :2])[0] for p in points]
-        every = np.concatenate([*feet, *(o for of_part in outlines for o in of_part)])[:, 0] >> SUBTEXEL_BITS
-        margin = int(reach_m * self._scale[0]) + 2
-        (c0, r0), (c1, r1) = every.min(axis=0) - margin, every.max(axis=0) + margin + 1
-        shift = np.array([c0, r0], np.int32) << SUBTEXEL_BITS
-        blocked, open_sky = np.zeros((r1 - r0, c1 - c0), np.uint32), np.ones((r1 - r0, c1 - c0), np.float32)
-        for ray in range(len(lights)):
-            mask = np.zeros(blocked.shape, np.uint8)
-            for of_part in outlines:
-                cv2.fillConvexPoly(mask, of_part[ray] - shift, 1, shift=SUBTEXEL_BITS)
-            blocked |= mask.astype(np.uint32) << np.uint32(ray)
-        for foot, p in zip(feet, points, strict=True):
-            open_sky *= self._contact(foot - shift, open_sky.shape, p)
-        return Shade(row=int(r0), column=int(c0), blocked=blocked, open_sky=open_sky)
+    def _shade(self, parts: Sequence[Solid], pose: Pose3) -> Shade:
+        """Return what a body takes where it stands."""
+        outlines = Outlines.of(parts, pose)
+        texels, feet = self._texels(outlines.shadows(self._lights)), self._texels(outlines.points[:, :2])
+        each = outlines.each(outlines.points)
+        window, origin = _around(np.concatenate([feet, texels.reshape(-1, 2)]), self._margin(each))
+        r0, r1, c0, c1 = window
+        shape = r1 - r0, c1 - c0
+        if not self._shows(window):
+            nothing = np.broadcast_to(np.uint32(0), shape), np.broadcast_to(np.float32(1), shape)
+            return Shade(row=r0, column=c0, blocked=nothing[0], open_sky=nothing[1])
+        open_sky = np.ones(shape, np.float32)
+        for points, foot in zip(each, outlines.each(feet - origin), strict=True):
+            open_sky *= self._contact(foot, shape, points)
+        return Shade(row=r0, column=c0, blocked=_blocked(texels - origin, outlines, shape), open_sky=open_sky)
+
+    def _margin(self, each: Sequence[Array]) -> int:
+        """Return how many texels around things their contact shade reaches."""
+        return int(4 * max(_contact_reach_m(points) for points in each) * self._scale[0]) + 2
+
+    def _shows(self, window: Window) -> bool:
+        """Return whether any of a window lies in the picture and out of the part that is never seen."""
+        (r0, r1, c0, c1), (height, width) = window, self._sky.shape
+        return r0 < height and r1 > 0 and c0 < width and c1 > 0 and not _contains(self._unseen, window)
 
     def _contact(self, foot: NDArray[np.int32], shape: tuple[int, ...], points: Array) -> NDArray[np.float32]:
         """Return the part of the sky (h, w) seen from the floor beside and under one part."""
         away = np.ones(shape, np.uint8)
-        cv2.fillConvexPoly(away, foot, 0, shift=SUBTEXEL_BITS)
+        cv2.fillConvexPoly(away, cv2.convexHull(foot), 0, shift=SUBTEXEL_BITS)
         distance = cv2.distanceTransform(away, cv2.DIST_L2, 5) / np.float32(self._scale[0] * _contact_reach_m(points))
         depth = CONTACT_SHADE * np.exp(-points[:, 2].min() / CONTACT_GAP_M)
         shade = np.float32(depth) * np.clip(np.exp(-distance) - np.float32(np.exp(-4.0)), 0, None)
@@ -163,11 +164,11 @@ class FloorLight:
 
         Returns whether any of it lies in the picture and out of the part that is never seen.
         """
+        if not self._shows(window):
+            return False
         height, width = self._sky.shape
         r0, r1 = max(window[0], 0), min(window[1], height)
         c0, c1 = max(window[2], 0), min(window[3], width)
-        if r0 >= r1 or c0 >= c1 or _contains(self._unseen, window):
-            return False
         here = np.s_[r0:r1, c0:c1]
         blocked, diffuse = self._blocked[here].copy(), self._sky[here].copy()
         for name in sorted(self._shades):
@@ -179,8 +180,9 @@ class FloorLight:
         floods = np.zeros(diffuse.shape, np.float32)
         count = len(self._lighting.scenario.look.floods)
         for light, part in enumerate(self._parts):
-            bits = (blocked >> np.uint32(light * len(CORNERS))) & np.uint32(15)
-            (floods if light < count else diffuse)[...] += part[here] * _SEEN[bits]
+            pair, half = divmod(light, 2)
+            rays = cv2.extractChannel(blocked.view(np.uint8).reshape(*diffuse.shape, 4), pair)
+            (floods if light < count else diffuse)[...] += part[here] * cv2.LUT(rays, _SEEN[half])
         lighting, picture = self._lighting, self.picture[here]
         for channel in range(3):
             warm, cold = np.float32(lighting.warm[channel]), np.float32(lighting.cold[channel])
@@ -205,7 +207,35 @@ def _area(window: Window) -> int:
     return (window[1] - window[0]) * (window[3] - window[2])
 
 
-_SEEN = np.array([1 - bits.bit_count() / 4 for bits in range(16)], np.float32)
+# the share of a light that a byte of two lights' blocked rays leaves: of the first light, and of the second
+_SEEN = np.array([[1 - (byte >> by & 15).bit_count() / 4 for byte in range(256)] for by in (0, 4)], np.float32)
+
+
+def _blocked(
+    texels: NDArray[np.int32], outlines: Outlines, shape: tuple[int, ...], casts: NDArray[np.bool_] | None = None
+) -> NDArray[np.uint32]:
+    """Return which rays are blocked (h, w), a bit each, by shadows whose hulls' points (k, n, 2) are in 1/16 texels.
+
+    `casts` (k, solids) says whether a solid stands in a ray's way at all.
+    """
+    height, width = shape
+    seen = (outlines.highest(texels) >= 0) & (outlines.lowest(texels) <= np.array([width, height]) << SUBTEXEL_BITS)
+    meets = np.asarray(seen.all(axis=2) if casts is None else seen.all(axis=2) & casts)
+    planes = [np.zeros((height, width), np.uint8) for _ in range(4)]
+    for ray, of_ray in enumerate(texels):
+        mask = np.zeros((height, width), np.uint8)
+        for solid in np.flatnonzero(meets[ray]).tolist():
+            hull = cv2.convexHull(of_ray[outlines.starts[solid] : outlines.starts[solid + 1]])
+            cv2.fillConvexPoly(mask, hull, 1 << ray % 8, shift=SUBTEXEL_BITS)
+        cv2.bitwise_or(planes[ray // 8], mask, planes[ray // 8])
+    return np.asarray(cv2.merge(planes)).view("<u4")[..., 0]
+
+
+def _around(texels: NDArray[np.int32], margin: int) -> tuple[Window, NDArray[np.int32]]:
+    """Return the window around points (n, 2) in 1/16 texels, and where it begins in 1/16 texels."""
+    low, high = texels.min(axis=0) >> SUBTEXEL_BITS, texels.max(axis=0) >> SUBTEXEL_BITS
+    (c0, r0), (c1, r1) = (low - margin).tolist(), (high + margin + 1).tolist()
+    return (r0, r1, c0, c1), np.array([c0, r0], np.int32) << SUBTEXEL_BITS
 
 
 def _contact_reach_m(points: Array) -> float:

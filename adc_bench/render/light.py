@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Path
-from adc_bench.render.shadows import Blockers, shadowed
+from adc_bench.render.shadows import Blockers, Outlines, shadowed
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.look import Flood
 from adc_bench.world.scenario import Scenario
@@ -90,8 +90,13 @@ class Lighting:
         return tuple(np.array([x, y, self.lamp_height_m]) for x, y in LAMP_GRID)
 
     @cached_property
+    def standing(self) -> Outlines:
+        """What stands for good and throws shadows."""
+        return Outlines.of([solid for solid in self.scenario.solids if solid.kind not in ("wall", "poster")])
+
+    @cached_property
     def _blockers(self) -> Blockers:
-        return Blockers.of([solid for solid in self.scenario.solids if solid.kind not in ("wall", "poster")])
+        return Blockers.of(self.standing.solids)
 
     def _flood(self, points: Array, normals: Array, flood: Flood) -> Array:
         """Return a floodlight's share: on open floor its own, by the cosine law and the visible part of the lamp."""

@@ -11,6 +11,7 @@ from adc_bench.render.light import LAMP_GRID, LAMP_SIZE_M, Lighting
 from adc_bench.render.parts import Light
 from adc_bench.render.textures import WALL_KINDS
 
+Array = NDArray[np.float64]
 SIDE = 96
 BLUR_TEXELS = 2.0
 WALL_SECOND_SHARE = 0.3  # of a wall's second colour, about
@@ -23,7 +24,19 @@ def hall_mirror(lighting: Lighting) -> Light:
     Texture coordinates are d.xy / (1 + d.z) / 2 + 1/2, so that the rim is level. Walls, ceiling, lamps, and a bright
     window where each floodlight's light comes from.
     """
-    v, u = np.meshgrid(*[(np.arange(SIDE) + 0.5) / SIDE * 2 - 1] * 2, indexing="ij")
+    points, side, normals = _seen(lighting, SIDE // 2)
+    light = (lighting.irradiance(points, normals) * _albedo(lighting, side)).astype(np.float32)
+    smooth = cv2.resize(light.reshape(SIDE // 2, SIDE // 2, 3), (SIDE, SIDE))  # the lamps and windows are not
+    points, side, _ = _seen(lighting, SIDE)
+    shine = _lamps(lighting, points, side) + _windows(lighting, points, side)
+    radiance = smooth + shine.reshape(SIDE, SIDE, 3).astype(np.float32)
+    picture = cv2.GaussianBlur(radiance, (0, 0), BLUR_TEXELS)
+    return np.asarray(np.insert(picture, 3, 0, axis=2), np.float32)
+
+
+def _seen(lighting: Lighting, side_texels: int) -> tuple[Array, NDArray[np.intp], Array]:
+    """Return the points (n, 3) of the hall that are seen, which wall, 0 or 1, or ceiling, 2, it is, and the normals."""
+    v, u = np.meshgrid(*[(np.arange(side_texels) + 0.5) / side_texels * 2 - 1] * 2, indexing="ij")
     square = np.minimum(u**2 + v**2, 0.999)
     rays = np.stack([2 * u, 2 * v, 1 - square], axis=2).reshape(-1, 3) / (1 + square).reshape(-1, 1)
     spec = lighting.scenario.arena_spec
@@ -31,11 +44,7 @@ def hall_mirror(lighting: Lighting) -> Light:
     walls = half / np.maximum(np.abs(rays[:, :2]), 1e-6)
     ways = np.column_stack([walls, spec.hall_height_m / np.maximum(rays[:, 2], 1e-6)])
     side, points = ways.argmin(axis=1), rays * ways.min(axis=1, keepdims=True)
-    normals = -np.sign(rays) * (np.arange(3) == side[:, None])
-    radiance = lighting.irradiance(points, normals) * _albedo(lighting, side)
-    radiance += _lamps(lighting, points, side) + _windows(lighting, points, side)
-    picture = cv2.GaussianBlur(radiance.reshape(SIDE, SIDE, 3).astype(np.float32), (0, 0), BLUR_TEXELS)
-    return np.asarray(np.insert(picture, 3, 0, axis=2), np.float32)
+    return points, side, -np.sign(rays) * (np.arange(3) == side[:, None])
 
 
 def _albedo(lighting: Lighting, side: NDArray[np.intp]) -> NDArray[np.float64]:

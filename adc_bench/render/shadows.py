@@ -1,9 +1,11 @@
 """Who stands in whose light: rays from points to far lights, and outlines of shadows on the floor."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,14 +110,47 @@ def _extremes(shape: Shape) -> Array:
     return np.vstack([ring, [[0.0, 0.0, 1.0]] if shape == "cone" else ring * (1, 1, -1)])
 
 
-def outline_points(solid: Solid, pose_world_body: Pose3 | None = None) -> Array:
-    """Return points (n, 3) in the world whose convex hull is the solid, none below the floor or near the lamps."""
-    pose = solid.pose_world_solid()
-    if pose_world_body is not None:
-        pose = pose_world_body @ pose
-    points: Array = pose.transform(_extremes(solid.shape) * np.array(solid.size_m) / 2)
-    points[:, 2] = np.clip(points[:, 2], 0.0, TOP_M)
-    return points
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outlines:
+    """Solids as points.
+
+    Attributes:
+        points: (n, 3) in the world, none below the floor or near the lamps, one solid after the other; the convex hull
+            of a solid's points is the solid.
+        starts: where each solid's points begin, and n.
+    """
+
+    solids: Sequence[Solid]
+    points: Array
+    starts: Sequence[int]
+
+    @classmethod
+    def of(cls, solids: Sequence[Solid], pose_world_body: Pose3 | None = None) -> "Outlines":
+        """Return the outlines of solids whose frame is the world or, if its pose is given, a body's."""
+        each = [
+            solid.pose_world_solid().transform(_extremes(solid.shape) * np.array(solid.size_m) / 2) for solid in solids
+        ]
+        points = np.concatenate(each) if each else np.empty((0, 3))
+        if pose_world_body is not None:
+            points = pose_world_body.transform(points)
+        points[:, 2] = np.clip(points[:, 2], 0.0, TOP_M)
+        return cls(solids=solids, points=points, starts=np.cumsum([0, *map(len, each)]).tolist())
+
+    def each(self, of_points: NDArray[Any]) -> list[NDArray[Any]]:
+        """Return an array (n, ...) cut into one of each solid."""
+        return [of_points[start:end] for start, end in itertools.pairwise(self.starts)]
+
+    def lowest(self, of_points: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return the least of an array (k, n, 2) over each solid's points (k, solids, 2)."""
+        return np.minimum.reduceat(of_points, self.starts[:-1], axis=1)
+
+    def highest(self, of_points: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return the greatest of an array (k, n, 2) over each solid's points (k, solids, 2)."""
+        return np.maximum.reduceat(of_points, self.starts[:-1], axis=1)
+
+    def shadows(self, lights: Array) -> Array:
+        """Return the points' shadows on the floor (k, n, 2) in each of some lights, see `shadow_points`."""
+        return shadow_points(self.points, lights)
 
 
 def shadow_points(points: Array, lights: Array) -> Array:
