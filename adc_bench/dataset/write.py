@@ -27,6 +27,7 @@ from adc_bench.dataset.store import Store, Writing
 from adc_bench.dataset.tally import Tally
 from adc_bench.dataset.tum import CAMERA_HEADER, camera_rows, drive_text
 from adc_bench.errors import InputError
+from adc_bench.world.sensors import CameraMount
 
 
 def begin(store: Store, plan: Manifest, *, overwrite: bool = False) -> None:
@@ -151,7 +152,9 @@ def _check_same(store: Store, found: Manifest, wanted: Manifest) -> None:
 
 def _brief(value: object) -> str:
     if isinstance(value, tuple):
-        return ", ".join(f"{mount.name} {mount.width_px}x{mount.height_px}" for mount in value)
+        return ", ".join(_brief(item) for item in value) or "none"
+    if isinstance(value, CameraMount):
+        return f"{value.name} {value.width_px}x{value.height_px}"
     if isinstance(value, Split):
         return f"{value.name} (sha256 {value.sha256[:12]})"
     return str(value)
