@@ -58,7 +58,7 @@ def _are_seen(ids: NDArray[np.uint8], corners_px: Array, shapes_px: Geometries, 
     """Return which corners (n, 2) are seen: those of objects with these outlines and label ids, (n,) each."""
     anchors = _nearest(corners_px, shapes_px)
     seen = _is_near(ids, anchors, wanted)
-    unsure = np.flatnonzero(~seen)
+    unsure = np.flatnonzero(~seen & (wanted != CROSSWALK_ID))
     if len(unsure):
         within = _nearest(corners_px[unsure], shapely.buffer(shapes_px[unsure], -WITHIN_PX, join_style="mitre"))
         far = ~(np.hypot(*(within - anchors[unsure]).T) <= ACUTE_PX)

@@ -98,7 +98,7 @@ def _behind_lens(flat: Geometries, camera: Camera) -> Geometries:
 def _within(boxes_px: Array, camera: Camera, around: float) -> Array:
     """Return boxes without what sticks out because a border was undistorted and distorted again."""
     size = np.array([camera.width_px, camera.height_px, camera.width_px, camera.height_px], dtype=np.float64)
-    within: Array = np.clip(boxes_px, -around * size, (1.0 + around) * size)
+    within: Array = np.clip(boxes_px, 0.0 - around * size, (1.0 + around) * size)
     return within
 
 

@@ -226,7 +226,8 @@ def objects_of(scenario: Scenario) -> dict[str, Surface]:
     floor = Pose3(rotation=np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), translation_m=np.zeros(3))
 
     def on_crosswalk(x: Array, y: Array) -> NDArray[np.bool_]:
-        return (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1])
+        within: NDArray[np.bool_] = (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1])
+        return within
 
     surfaces: dict[str, Surface] = {"crosswalk": lambda o, w: enter_flat(floor, on_crosswalk, o, w)}
     for solid in scenario.solids:

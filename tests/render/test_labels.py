@@ -9,7 +9,7 @@ import pycocotools.mask
 import pytest
 from numpy.typing import NDArray
 
-from adc_bench.geometry import Camera, Pose2, Pose3, rotation_zyx
+from adc_bench.geometry import ROTATION_BODY_OPTICAL, Camera, Pose2, Pose3, rotation_zyx
 from adc_bench.render import ArenaRenderer
 from adc_bench.render.labels import labels_of
 from adc_bench.render.outlines import outlines_of
@@ -17,7 +17,7 @@ from adc_bench.render.runs import regions
 from adc_bench.render.targets import Target, label_ids, targets_of
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID, PANEL_SIGNS, PanelSign
 from adc_bench.world.course import CourseSpec
-from adc_bench.world.frame import Label
+from adc_bench.world.frame import KEYPOINT_HIDDEN, KEYPOINT_OUTSIDE, KEYPOINT_VISIBLE, NO_KEYPOINTS, Label
 from adc_bench.world.layout import BoxPlace, Layout, Works
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import CameraMount
@@ -276,6 +276,147 @@ def test_a_board_seen_along_its_plane_is_an_ignore_region(targets: dict[str, Tar
     ids[110:130, 160] = target.label_id
     label = only(labels_of(ids, [target], camera, pose))
     assert label.ignore and 0.0 <= label.truncation <= 1.0
+
+
+def corners_of(target: Target, scenario: Scenario) -> Array:
+    """Return the four corners (4, 3) in the world, put together from what the world says of the object."""
+    if target.instance == "crosswalk":
+        return np.column_stack([scenario.course.crosswalk_corners, np.zeros(4)])
+    solid = next(solid for solid in scenario.solids if solid.name == target.instance)
+    clockwise = np.array([[1, -1, 1], [1, 1, 1], [1, 1, -1], [1, -1, -1]])  # who sees +x has +y on the right
+    return solid.pose_world_solid().transform(clockwise * solid.size_m / 2)
+
+
+def filled(points_px: Array, label_id: int, size_px: tuple[int, int] = (320, 240)) -> NDArray[np.uint8]:
+    """Return the label picture of a polygon (n, 2) alone."""
+    ids = np.zeros((size_px[1], size_px[0]), np.uint8)
+    cv2.fillPoly(ids, [np.round((points_px - 0.5) * 256).astype(np.int32)], label_id, shift=8)
+    return ids
+
+
+def ring(target: Target) -> Array:
+    """Return points (n, 3) in the world around a flat target."""
+    face = target.faces[0]
+    share = np.linspace(0.0, 1.0, 20, endpoint=False)[:, None]
+    sides = [a + share * (b - a) for a, b in zip(face, np.roll(face, -1, axis=0), strict=True)]
+    return target.pose_world_object.transform(np.concatenate(sides))
+
+
+FLAT = ["crosswalk", "panel_facing_west", "panel_facing_east", *(f"sign_{k}" for k in range(12))]
+
+
+@pytest.mark.parametrize(("k1", "k2"), LENSES)
+@pytest.mark.parametrize("instance", FLAT)
+def test_keypoints_are_opencvs_and_all_are_seen_in_the_open(
+    scenario: Scenario, targets: dict[str, Target], instance: str, k1: float, k2: float
+) -> None:
+    target, camera, rng = targets[instance], camera_of(k1, k2), np.random.default_rng(5)
+    corners, front = corners_of(target, scenario), np.array(target.front)
+    for _ in range(10):
+        offset = rng.uniform(1.2, 3.0) * (front + rng.uniform(-0.7, 0.7, 3))
+        pose = pose_towards(target, offset, rng.uniform(-1, 1))
+        label = only(labels_of(filled(by_opencv(ring(target), camera, pose), target.label_id), [target], camera, pose))
+        expected = by_opencv(corners, camera, pose)
+        inside = ((expected >= 0) & (expected < (320, 240))).all(axis=1)
+        for (u, v, seen), pixel, here in zip(label.keypoints_px, expected, inside, strict=True):
+            assert (u, v, seen) == (pytest.approx((*pixel, KEYPOINT_VISIBLE)) if here else (0.0, 0.0, KEYPOINT_OUTSIDE))
+
+
+def test_bodies_have_no_keypoints(targets: dict[str, Target]) -> None:
+    camera = camera_of()
+    for name in ("box_0", "cone_left_0"):
+        pose = pose_towards(targets[name], np.array([-2.0, 0.0, 0.5]))
+        ids = np.full((240, 320), targets[name].label_id, np.uint8)
+        assert only(labels_of(ids, [targets[name]], camera, pose)).keypoints_px == NO_KEYPOINTS
+
+
+@pytest.mark.parametrize("instance", ["panel_facing_west", "sign_0", "sign_1", "sign_2", "sign_3"])
+def test_covered_corners_are_hidden(targets: dict[str, Target], instance: str) -> None:
+    """What covers the left half of a board hides its left corners, what covers its lower half the lower ones."""
+    target, camera = targets[instance], camera_of(-0.12, 0.015)
+    pose = pose_towards(target, np.array([0.8, 0.1, 0.05]))
+    outline = by_opencv(ring(target), camera, pose)
+    u, v = outline.mean(axis=0).astype(int)
+    for cover, hidden in (((slice(None), slice(0, u)), {0, 3}), ((slice(v, None), slice(None)), {2, 3})):
+        ids = filled(outline, target.label_id)
+        ids[cover] = 200
+        label = only(labels_of(ids, [target], camera, pose))
+        assert {k for k, (_, _, seen) in enumerate(label.keypoints_px) if seen == KEYPOINT_HIDDEN} == hidden
+        assert {k for k, (_, _, seen) in enumerate(label.keypoints_px) if seen == KEYPOINT_VISIBLE} == {
+            0,
+            1,
+            2,
+            3,
+        } - hidden
+
+
+def test_a_corner_of_the_crosswalk_is_hidden_by_what_stands_and_not_by_floor(targets: dict[str, Target]) -> None:
+    target, camera = targets["crosswalk"], camera_of(-0.12, 0.015)
+    pose = pose_towards(target, np.array([-2.6, 0.4, 0.5]))  # so far that the corners are slivers
+    outline = by_opencv(ring(target), camera, pose)
+    ids = filled(outline, target.label_id)
+    assert [seen for _, _, seen in only(labels_of(ids, [target], camera, pose)).keypoints_px] == 4 * [KEYPOINT_VISIBLE]
+    corner = by_opencv(target.pose_world_object.transform(target.faces[0][:1]), camera, pose)[0]
+    u, v = corner.astype(int)
+    for thing, state in ((0, KEYPOINT_VISIBLE), (202, KEYPOINT_HIDDEN)):
+        before = ids.copy()
+        before[v - 4 : v + 5, u - 4 : u + 5] = thing
+        assert only(labels_of(before, [target], camera, pose)).keypoints_px[0][2] == state
+
+
+def test_corners_behind_the_camera_are_outside(targets: dict[str, Target]) -> None:
+    target, camera = targets["crosswalk"], camera_of(-0.12, 0.015)
+    (eye,) = target.pose_world_object.transform(np.array([[-0.2, 0.0, 0.2]]))
+    level = Pose3(rotation=ROTATION_BODY_OPTICAL, translation_m=eye)  # over the crosswalk, looking along x
+    ids = np.full((240, 320), target.label_id, np.uint8)
+    label = only(labels_of(ids, [target], camera, level))
+    assert [label.keypoints_px[k] for k in (0, 3)] == 2 * [(0.0, 0.0, KEYPOINT_OUTSIDE)]
+    assert label.truncation > 0.8 and label.amodal_box_px[3] == 240
+    assert label.amodal_box_whole_px[3] == pytest.approx(480, abs=1e-3)
+
+
+@pytest.mark.parametrize(("k1", "k2"), [*LENSES, (-0.2, 0.0)])
+def test_whole_boxes_follow_opencv_out_to_a_picture_beside_the_picture(
+    targets: dict[str, Target], k1: float, k2: float
+) -> None:
+    """A box seen from near by, partly far outside: the box of its edges' points in the window, lens and all."""
+    target, camera, rng = targets["box_1"], camera_of(k1, k2), np.random.default_rng(11)
+    fold = np.sqrt(-1 / (3 * k1)) if k1 and not k2 else np.inf  # where s(r) r = r + k1 r^3 ends to rise
+    compared = 0
+    while compared < 10:
+        pose = pose_towards(target, np.array([*rng.uniform(-1.2, 1.2, 2), rng.uniform(0.4, 1.0)])) @ Pose3(
+            rotation=rotation_zyx(0.0, *rng.uniform(-0.9, 0.9, 2)), translation_m=np.zeros(3)
+        )
+        inverse = pose.inverse()
+        points = inverse.transform(edge_points(target))
+        if points[:, 2].min() < 0.05 or (np.hypot(*points[:, :2].T) / points[:, 2]).max() > 0.95 * fold:
+            continue
+        pixels = by_opencv(edge_points(target), camera, pose)
+        if (
+            not ((pixels > 0) & (pixels < (320, 240))).all(axis=1).any()
+            or (np.abs(pixels - (160, 120)) > (480, 360)).any()
+        ):
+            continue
+        found = outlines_of([[(inverse @ target.pose_world_object).transform(face) for face in target.faces]], camera)
+        assert found.box_whole_px(0) == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.5)
+        compared += (pixels < 0).any() or (pixels > (320, 240)).any()
+
+
+@pytest.mark.parametrize(("k1", "k2"), [*LENSES, (-0.2, 0.0)])
+def test_what_surrounds_the_camera_fills_picture_and_window(k1: float, k2: float) -> None:
+    """A plane that passes near the camera reaches behind it; a lens that folds shows it to where it folds."""
+    camera = camera_of(k1, k2)
+    floor = np.array([[-50.0, 0.2, -50.0], [50.0, 0.2, -50.0], [50.0, 0.2, 50.0], [-50.0, 0.2, 50.0]])
+    found = outlines_of([[floor]], camera)
+    x0, y0, x1, y1 = found.box_px(0) or (0, 0, 0, 0)
+    assert (x0, x1, y1) == (0, 320, 240) and 119.9 < y0 < 122
+    wx0, _, wx1, wy1 = found.box_whole_px(0) or (0, 0, 0, 0)
+    if k2 or not k1:
+        assert (wx0, wx1, wy1) == pytest.approx((-320, 640, 480), abs=1e-3)
+    else:
+        reach_px = camera.fx_px * np.sqrt(-1 / (3 * k1)) * 2 / 3  # s(r) r at the fold
+        assert (wx0, wx1) == pytest.approx((160 - reach_px, 160 + reach_px), abs=0.5)
+        assert wy1 == pytest.approx(min(480, 120 + reach_px), abs=0.5)
 
 
 def test_labels_of_visible_objects_only(targets: dict[str, Target]) -> None:
