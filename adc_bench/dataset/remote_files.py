@@ -2,9 +2,9 @@
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 import fsspec
@@ -81,16 +81,12 @@ class RemoteFiles:
 
     def write(self, name: str, data: bytes) -> None:
         """Write a file."""
-        with self._told(name):
-            self._fs.makedirs(self._fs._parent(self._full(name)), exist_ok=True)
-            self._fs.pipe_file(self._full(name), data)
+        self.write_many({name: data})
 
     def write_many(self, files: Mapping[str, bytes]) -> None:
         """Write small files, at once where the driver can."""
-        with self._told(""):
-            for folder in {self._fs._parent(self._full(name)) for name in files}:
-                self._fs.makedirs(folder, exist_ok=True)
-            self._fs.pipe({self._full(name): data for name, data in files.items()})
+        with self._told(next(iter(files), "")):
+            self._put(list(files), lambda: self._fs.pipe({self._full(name): data for name, data in files.items()}))
 
     @contextmanager
     def writing(self, name: str) -> Iterator[BinaryIO]:
@@ -100,8 +96,7 @@ class RemoteFiles:
             with local.open("wb") as stream:
                 yield stream
             with self._told(name):
-                self._fs.makedirs(self._fs._parent(self._full(name)), exist_ok=True)
-                self._fs.put_file(str(local), self._full(name))
+                self._put([name], lambda: self._fs.put_file(str(local), self._full(name)))
 
     @contextmanager
     def scratch(self) -> Iterator[BinaryIO]:
@@ -124,6 +119,18 @@ class RemoteFiles:
 
     def sweep(self) -> None:
         """Do nothing: an object store shows no file that is half written."""
+
+    def _put(self, names: Sequence[str], put: Callable[[], None]) -> None:
+        """Put files; where the store has folders, unlike one of objects, make those that are missing."""
+        try:
+            put()
+        except FileNotFoundError:
+            # Never the first part: in a store of objects it is the bucket, and a mistyped one is not to be made.
+            folders = {part for name in names for part in list(PurePosixPath(self._full(name)).parents)[:-2]}
+            for folder in sorted(str(folder) for folder in folders):
+                if not self._fs.isdir(folder):
+                    self._fs.mkdir(folder, create_parents=False)
+            put()
 
     def _full(self, name: str) -> str:
         return f"{self._inside}/{name}"

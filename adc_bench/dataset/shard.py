@@ -167,8 +167,11 @@ class Shard:
 
     @cached_property
     def scenarios(self) -> dict[str, Scenario]:
-        """The arenas in the shard, by name."""
-        decoded = [msgspec.json.decode(blob, type=Scenario) for blob in self._scenarios]
+        """The arenas in the shard, by name; raises InputError for what is no such record."""
+        try:
+            decoded = [msgspec.json.decode(blob, type=Scenario) for blob in self._scenarios]
+        except msgspec.MsgspecError as error:
+            raise damaged(self._store.path(self._name), f"not a readable scenario: {error}") from None
         return {scenario.name: scenario for scenario in decoded}
 
     def labels(self, row: int) -> tuple[Label, ...]:
