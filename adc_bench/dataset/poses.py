@@ -1,6 +1,7 @@
 """Where the robot stands when a picture is taken: before the crosswalk, before signs and obstacles, or anywhere."""
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -124,6 +125,7 @@ class _Obstacles(NamedTuple):
     half: Array
 
 
+@lru_cache(maxsize=2)
 def _obstacles(scenario: Scenario) -> _Obstacles:
     """Return the footprints of all that stands lower than the robot's top, tapes included."""
     things = extents(scenario.solids, scenario.bodies)

@@ -1,6 +1,7 @@
 """What stands on the floor, as data: gantry, panels, walls and tunnel, each a set of solid boxes."""
 
 import math
+from functools import lru_cache
 
 import msgspec
 import numpy as np
@@ -116,6 +117,7 @@ def road_centre(course: Course) -> Path:
     return course.lap.offset((c.radius_outer_m - c.radius_centre_m) / 2)
 
 
+@lru_cache(maxsize=8)
 def tunnel_s_on_centre(course: Course, tunnel: Tunnel) -> tuple[float, float]:
     """Return the stretch (from, to) of `road_centre` that the tunnel covers."""
     centre = road_centre(course)
