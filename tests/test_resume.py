@@ -74,6 +74,19 @@ def test_two_workers_write_the_same_bytes(small: Path, tmp_path: Path) -> None:
     assert (work.shards, work.frames) == (6, 24) and "frames/s" in told[-1].text
 
 
+def test_very_many_frames_have_no_json_of_their_own(
+    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("adc_bench.dataset.layout.COCO_FRAMES_MAX", 23)
+    render_split(VAL, tmp_path / "a", count=24, size_px=SIZE, frames_per_shard=4)
+    assert _files(small).keys() - _files(tmp_path / "a").keys() == {"annotations/instances.json"}
+    with pytest.raises(SystemExit) as end:
+        main(["dataset", "export", str(tmp_path / "a"), "--format", "coco", "--out", str(tmp_path / "b")])
+    assert end.value.code in (0, None)
+    exported = json.loads((tmp_path / "b" / "annotations" / "instances.json").read_bytes())
+    assert [image["id"] for image in exported["images"]] == list(range(24))
+
+
 @pytest.mark.usefixtures("ray_cluster")
 def test_a_cluster_writes_the_same_bytes(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

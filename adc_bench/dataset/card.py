@@ -26,7 +26,7 @@ the robot's cameras, rendered and labelled by adc-bench {version}. Every picture
 - `dataset.toml`: what made it: the split and its digest, cameras, package versions, the digest of each shard.
 - `shard-*.h5`: pictures (`jpeg` with `jpeg_offset`), `frame_index`, `camera_index`, `pose_world_camera` (4x4),
   `pose_world_robot` (x, y, yaw), `record` (labels and conditions as JSON) and `scenario` (the arenas as JSON).
-- `{coco}`: COCO; `file_name` is `shard-00000.h5#row`, an image's id its frame index.
+- {coco}
 - `poses/<camera>.tum`: true camera poses, frame index in place of time.
 
 Metres and radians. World: origin midway between the loops, x along the long axis, z up. Camera: x right, y down,
@@ -36,6 +36,9 @@ z forward. Boxes are tight around visible pixels; pixel centres lie at whole num
 `adc-bench render --split {split} --frames {frames} --size {width_px}x{height_px} --out DIR` with the same versions.
 Split digest (sha256): `{sha256}`
 """
+
+COCO_LINE = f"`{COCO}`: COCO; `file_name` is `shard-00000.h5#row`, an image's id its frame index."
+NO_COCO_LINE = f"no `{COCO}`: too large to be loaded; `adc-bench dataset export --format coco` writes one"
 
 
 def card(manifest: Manifest, summary: Summary) -> str:
@@ -53,7 +56,7 @@ def card(manifest: Manifest, summary: Summary) -> str:
         cameras=_rows(summary.cameras),
         light_levels=_rows(summary.light_levels),
         boxes=_rows(summary.boxes),
-        coco=COCO,
+        coco=COCO_LINE if manifest.has_coco else NO_COCO_LINE,
     )
 
 

@@ -17,6 +17,7 @@ from adc_bench.world.sensors import CameraMount
 
 SCHEMA = 2
 FRAMES_PER_SHARD = 256
+COCO_FRAMES_MAX = 250_000  # one JSON of more frames than these is beyond what readers of COCO can load
 MANIFEST = "dataset.toml"
 CARD = "README.md"
 Kind = Literal["frames", "drives"]
@@ -113,6 +114,11 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     def shard_count(self) -> int:
         """How many shards the frames or drives fill."""
         return self.count if self.kind == "drives" else -(-self.count // self.frames_per_shard)
+
+    @property
+    def has_coco(self) -> bool:
+        """Whether the annotations lie beside the shards as COCO too: not of drives, nor of very many frames."""
+        return self.kind == "frames" and self.count <= COCO_FRAMES_MAX
 
     def shard_frames(self, number: int) -> range:
         """Return the indices of the frames in a shard of a dataset of frames."""

@@ -96,19 +96,24 @@ def _described(store: Store, manifest: Manifest) -> Manifest:
 
 def _describe_frames(store: Store, manifest: Manifest, tally: Tally) -> tuple[FileEntry, ...]:
     with ExitStack() as stack:
-        names = [COCO, *(poses_name(mount.name) for mount in manifest.cameras)]
-        outs = [stack.enter_context(store.writing(name)) for name in names]
-        coco = CocoWriter(outs[0], stack.enter_context(store.scratch()), manifest)
-        for out in outs[1:]:
+        poses = {mount.name: stack.enter_context(store.writing(poses_name(mount.name))) for mount in manifest.cameras}
+        files = {poses_name(name): out for name, out in poses.items()}
+        coco = None
+        if manifest.has_coco:
+            files = {COCO: stack.enter_context(store.writing(COCO)), **files}
+            coco = CocoWriter(files[COCO], stack.enter_context(store.scratch()), manifest)
+        for out in poses.values():
             out.write(CAMERA_HEADER.encode())
         for number, entry in enumerate(manifest.shards):
             shard = _frames_shard(store, manifest, number)
             tally.add(shard)
-            coco.add(shard, int(shard.frame_index[0]), f"{entry.file}#{{}}".format)
-            for mount, out in zip(manifest.cameras, outs[1:], strict=True):
-                out.write(camera_rows(shard, mount.name).encode())
-        coco.close()
-    return tuple(_entry(name, out) for name, out in zip(names, outs, strict=True))
+            for name, out in poses.items():
+                out.write(camera_rows(shard, name).encode())
+            if coco:
+                coco.add(shard, int(shard.frame_index[0]), f"{entry.file}#{{}}".format)
+        if coco:
+            coco.close()
+    return tuple(_entry(name, out) for name, out in files.items())
 
 
 def _describe_drives(store: Store, manifest: Manifest, tally: Tally) -> tuple[FileEntry, ...]:
