@@ -19,7 +19,7 @@ from adc_bench.world.robot import Motion
 CONTROL_PERIOD_S = 0.05
 RECOVERY_M, RECOVERY_S = 0.30, 0.60  # the distance over which an error is driven off: so much, plus speed times this
 OFFSET_ERROR_MAX = 1.2  # in those distances: the way back to the line is not too steep
-CURVATURE_MAX_PM = 9.0
+CURVATURE_MAX_PM = 16.0
 CREEP_MPS = 0.05  # towards a leg's end
 ARRIVED_M = 0.01
 AHEAD_STEPS = 1.5  # how far ahead of the pose the line's bend is driven, for the delay that every command has

@@ -14,7 +14,8 @@ from adc_bench.world.parking import ParkingPlace
 MANOEUVRE_MPS, MANOEUVRE_LATERAL_MPS2 = (0.15, 0.35), 0.15
 CHANGING_S = (0.3, 1.0)  # from forwards to backwards
 WIDE_TURN_RAD = (math.radians(50), math.radians(70))  # of the S into a free parallel bay
-TIGHT_OUT_M, TIGHT_IN_M = 0.40, 0.13  # radii of the two bends into a gap between boxes, with a right angle between
+TIGHT_OUT_M, TIGHT_IN_M = 0.28, 0.08  # radii of the two bends into a gap between boxes, with a right angle between
+TIGHT_BACK_M = 0.03  # behind the gap's middle, since the nose swings out
 BAY_RADIUS_M = (0.45, 0.65)
 FREE_ASIDE_M = 0.7  # from the parallel bay's middle, where nothing stands in it
 
@@ -67,7 +68,7 @@ def _parallel_target(task: Task) -> tuple[Pose2, bool]:
         x_m = place.pose.x_m + task.uniform(-FREE_ASIDE_M, FREE_ASIDE_M)
         return Pose2(x_m=x_m, y_m=place.pose.y_m, yaw_rad=0.0), False
     x_m, y_m = (sum(values) / len(boxes) for values in zip(*((box.x_m, box.y_m) for box in boxes), strict=True))
-    return Pose2(x_m=x_m, y_m=y_m, yaw_rad=0.0), True
+    return Pose2(x_m=x_m - TIGHT_BACK_M, y_m=y_m, yaw_rad=0.0), True
 
 
 def bay_parking(task: Task) -> tuple[Leg, ...] | None:
