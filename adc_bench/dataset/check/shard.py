@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from adc_bench.dataset.check.columns import label_faults
+from adc_bench.dataset.check.drives import drive_faults
 from adc_bench.dataset.check.fault import Fault
 from adc_bench.dataset.check.fingerprints import WORDS, Prints, fingerprint
 from adc_bench.dataset.check.poses import pose_faults
 from adc_bench.dataset.check.rederive import Rederivation
+from adc_bench.dataset.drive_log import take_log
 from adc_bench.dataset.layout import Manifest, ShardEntry
-from adc_bench.dataset.shard import Shard
+from adc_bench.dataset.shard import Shard, open_shard
 from adc_bench.dataset.store import Store
 from adc_bench.errors import InputError
 from adc_bench.world.picture import decode_picture
@@ -41,6 +43,9 @@ def check_shard(store: Store, manifest: Manifest, entry: ShardEntry, sample: fro
         report.labels = len(shard.label_columns["category_id"])
         report.faults += _inside_faults(shard, manifest)
         report.prints = _look_at_pictures(shard, manifest, report.faults)
+        if manifest.kind == "drives":
+            with open_shard(store, entry.file) as file:
+                report.faults += drive_faults(take_log(file), shard)
         again = Rederivation(shard, moving=manifest.kind == "drives")
         report.faults += [fault for row in sorted(sample) for fault in again.faults(row)]
         report.compared = again.compared

@@ -6,7 +6,7 @@ from adc_bench.dataset.drive_log import DriveLog
 from adc_bench.dataset.drive_recipe import BEHAVIOURS, MISSIONS
 from adc_bench.dataset.stats.chart import Bars, Chart, Histogram
 
-SPEED_EDGES_MPS = tuple(k / 5 for k in range(-3, 13))
+SPEED_EDGES_MPS = tuple(k / 10 for k in range(-5, 24, 2))  # standing still lies within a range
 
 
 class DriveCharts:
