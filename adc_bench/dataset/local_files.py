@@ -66,27 +66,17 @@ class LocalFiles:
     def write_many(self, files: Mapping[str, bytes]) -> None:
         """Write small files without waiting for the disk."""
         for name, data in files.items():
-            path = self._root / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            temporary = path.with_name(f".{path.name}.tmp")
-            temporary.write_bytes(data)
-            temporary.replace(path)
+            with _appearing(self._root / name) as stream:
+                stream.write(data)
 
     @contextmanager
     def writing(self, name: str) -> Iterator[BinaryIO]:
         """Give a file that gets its name when the context ends without an error."""
         path = self._root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.tmp")
-        try:
-            with temporary.open("wb") as stream:
-                yield stream
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
+        with _appearing(path) as stream:
+            yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
         _sync_folder(path.parent)
 
     @contextmanager
@@ -125,6 +115,20 @@ class LocalFiles:
         finally:
             self.delete(LOCK)
             os.close(descriptor)
+
+
+@contextmanager
+def _appearing(path: Path) -> Iterator[BinaryIO]:
+    """Give a file under a temporary name, renamed when the context ends without an error and deleted otherwise."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.tmp")
+    try:
+        with temporary.open("wb") as stream:
+            yield stream
+        temporary.replace(path)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
 
 
 def _locked(root: Path) -> int:

@@ -6,6 +6,7 @@ import io
 import json
 import os
 import signal
+import subprocess
 import tarfile
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from adc_bench.dataset.drive_recipe import DriveRecipe
 from adc_bench.dataset.drives import DriveDataset
 from adc_bench.dataset.export import FORMATS, FormatName, export_dataset
 from adc_bench.dataset.store import Store
-from adc_bench.errors import InputError, UsageError
+from adc_bench.errors import InputError, MachineError, UsageError
 from adc_bench.generate import render_split
 from adc_bench.geometry import Pose3
 from adc_bench.world.categories import CATEGORIES
@@ -242,3 +243,19 @@ def test_the_command_tells_what_it_wrote(rendered: Path, tmp_path: Path) -> None
         f"{tmp_path / 'out'}: {len(FrameDataset(rendered))} pictures of train as yolo\n"
         "  Ultralytics wants val too: export such a dataset into the same folder\n"
     )
+
+
+@pytest.mark.parametrize("name", ["coco", "yolo", "webdataset"])
+def test_a_full_disk_is_told_and_room_lets_it_finish(
+    dataset: FrameDataset, tmp_path: Path, small_disk: Path, name: FormatName
+) -> None:
+    out = small_disk / "out"
+    with pytest.raises(MachineError) as caught:
+        export_dataset(dataset, name, out)
+    assert caught.value.found == "no space left on device" and str(out) in caught.value.where
+    assert "whole = false" in (out / "export.toml").read_text()
+    assert not [path for path in out.rglob("*") if path.name.startswith(".")]
+    subprocess.run(["mount", "-o", "remount,size=16m", str(small_disk)], check=True)
+    export_dataset(dataset, name, out)
+    export_dataset(dataset, name, tmp_path / "whole")
+    assert digests(out) == digests(tmp_path / "whole")

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
@@ -95,22 +94,6 @@ def begun_again(root: Path) -> Manifest:
 def put_receipt(root: Path, plan: Manifest, entry: ShardEntry) -> None:
     name = entry.file.replace(".h5", ".toml")
     (root / "receipts" / name).write_bytes(to_toml(Receipt(plan_sha256=plan_sha256(plan), shard=entry)))
-
-
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A file system of 128 KiB: room for two of the shards."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=128k", "tmpfs", str(folder)], capture_output=True, text=True
-    )
-    if mounted.returncode:
-        pytest.skip(f"cannot mount a small file system: {mounted.stderr.strip()}")
-    try:
-        yield folder
-    finally:
-        subprocess.run(["umount", str(folder)], check=True)
 
 
 def test_a_full_disk_stops_the_run_and_room_lets_it_finish(small_disk: Path, whole: Path, run: Run) -> None:
