@@ -318,7 +318,7 @@ def test_keypoints_are_opencvs_and_all_are_seen_in_the_open(
         label = only(labels_of(filled(by_opencv(ring(target), camera, pose), target.label_id), [target], camera, pose))
         expected = by_opencv(corners, camera, pose)
         inside = ((expected >= 0) & (expected < (320, 240))).all(axis=1)
-        for (u, v, seen), pixel, here in zip(label.keypoints_px, expected, inside, strict=True):
+        for (u, v, seen), pixel, here in zip(label.keypoints_px, expected, np.atleast_1d(inside), strict=True):
             assert (u, v, seen) == (pytest.approx((*pixel, KEYPOINT_VISIBLE)) if here else (0.0, 0.0, KEYPOINT_OUTSIDE))
 
 
@@ -399,7 +399,7 @@ def test_whole_boxes_follow_opencv_out_to_a_picture_beside_the_picture(
             continue
         found = outlines_of([[(inverse @ target.pose_world_object).transform(face) for face in target.faces]], camera)
         assert found.box_whole_px(0) == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.5)
-        compared += (pixels < 0).any() or (pixels > (320, 240)).any()
+        compared += int((pixels < 0).any() or (pixels > (320, 240)).any())
 
 
 @pytest.mark.parametrize(("k1", "k2"), [*LENSES, (-0.2, 0.0)])
