@@ -19,6 +19,7 @@ check: setup
 	$(BIN)/lint-imports
 
 test: check
+	@sh scripts/system_packages.sh browser
 	$(BIN)/pytest
 
 proofs: setup

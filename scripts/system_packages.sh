@@ -1,5 +1,6 @@
 #!/bin/sh
 # system_packages.sh missing PYTHON      prints the system packages that this machine lacks
+# system_packages.sh browser             installs Debian's chromium for the tests of the pages, where that can be done
 # system_packages.sh install PACKAGE...  installs them (as root)
 #
 # The reference renderer is Mesa's software Vulkan driver, which SAPIEN can use from Mesa 24.3 on.
@@ -72,6 +73,17 @@ install() {
     fi
   fi
   apt-get install -q -y --no-install-recommends ${suite:+-t "$suite"} "$@"
+}
+
+browser() {  # the tests that want it are skipped without it, so that it is no reason to fail
+  command -v chromium >/dev/null && return 0
+  if [ "$(id -u)" != 0 ]; then
+    echo "no chromium: tests of pages will be skipped (as root: sh scripts/system_packages.sh install chromium)"
+  elif [ "$(. /etc/os-release && echo "$ID")" != debian ]; then  # Ubuntu's package of that name is a snap
+    echo "no chromium: tests of pages will be skipped"
+  else
+    install chromium || echo "chromium cannot be installed: tests of pages will be skipped"
+  fi
 }
 
 command=$1

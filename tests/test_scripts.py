@@ -1,6 +1,7 @@
 """The scripts: shell that parses everywhere, and the demo's summary."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -68,3 +69,26 @@ def test_a_drive_that_fails_fails_the_demo(tmp_path: Path) -> None:
     done = summarise(demo_folder(tmp_path / "demo", 0.4))
     assert done.returncode == 1
     assert done.stderr == "error: the drive ended after 40% of its laps: off-road\n"
+
+
+@pytest.mark.parametrize(
+    ("uid", "apt_exits", "told"),
+    [
+        (0, 0, "apt-get install -q -y --no-install-recommends chromium\n"),
+        (0, 100, "chromium cannot be installed: tests of pages will be skipped\n"),
+        (1000, 0, "no chromium: tests of pages will be skipped (as root: "),
+    ],
+)
+def test_the_browser_is_installed_where_it_can_be(tmp_path: Path, uid: int, apt_exits: int, told: str) -> None:
+    """A PATH with nothing but what the script calls, and an apt-get that only says what it is asked."""
+    if not Path("/etc/debian_version").exists() or "ID=debian" not in Path("/etc/os-release").read_text().split("\n"):
+        pytest.skip("only Debian's chromium is installed")
+    for name in ("sh", "grep"):
+        (tmp_path / name).symlink_to(str(shutil.which(name)))
+    fakes = {"id": f"echo {uid}", "apt-get": f'echo "apt-get $*"\nexit {apt_exits}'}
+    for name, body in fakes.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{body}\n")
+        (tmp_path / name).chmod(0o755)
+    command = ["sh", str(SCRIPTS / "system_packages.sh"), "browser"]
+    done = subprocess.run(command, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and done.stderr == "" and told in done.stdout
