@@ -6,7 +6,7 @@ import msgspec
 
 from adc_bench.dataset.drive_recipe import DriveRecipe
 from adc_bench.world.course import CourseName
-from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily
+from adc_bench.world.look import ARTWORKS, FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily
 from adc_bench.world.records import find_record, load_record
 from adc_bench.world.robot import RobotName
 from adc_bench.world.salt import salted_seed
@@ -51,6 +51,7 @@ class Split(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         _check_known("looks.floors", self.looks.floors, FLOOR_TEXTURES)
         _check_known("looks.walls", self.looks.walls, WALL_TEXTURES)
         _check_known("looks.light_sets", self.looks.light_sets, tuple(LIGHT_SETS))
+        _check_known("looks.artworks", self.looks.artworks, ARTWORKS)
         if not self.looks.light_levels:
             raise ValueError("looks.light_levels is empty")
 

@@ -11,7 +11,7 @@ from adc_bench.geometry import Pose2
 from adc_bench.world.checks import check_start
 from adc_bench.world.course import COURSE_SETS, Course, CourseName, CourseSpec
 from adc_bench.world.layout import Layout
-from adc_bench.world.look import FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
+from adc_bench.world.look import ARTWORKS, FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
 from adc_bench.world.records import find_record, load_record
 from adc_bench.world.robot import ROBOTS, RobotName
 from adc_bench.world.scenario import Scenario
@@ -69,6 +69,7 @@ def _faults(suite: Suite) -> list[tuple[str, str]]:
         ("floors", looks.floors, FLOOR_TEXTURES),
         ("walls", looks.walls, WALL_TEXTURES),
         ("light_sets", looks.light_sets, tuple(LIGHT_SETS)),
+        ("artworks", looks.artworks, ARTWORKS),
     )
     faults = [
         (f"looks.{key} = {list(values)}", f"one or more of {', '.join(known)}")

@@ -175,13 +175,13 @@ class ArenaParts:
 
     def _boards(self) -> Iterator[Part]:
         """The fronts of the vertical signs."""
-        ids, sides = label_ids(self.scenario), self._board_sides()
+        ids, sides, artwork = label_ids(self.scenario), self._board_sides(), self.scenario.look.artwork
         for sign in self.scenario.signs:
             front, _ = sides[sign.name]
             yield Part(
                 name=sign.name,
                 mesh=front.mesh,
-                albedo=Painted.of_print(partial(sign_picture, sign.sign), key=("sign", sign.sign)),
+                albedo=Painted.of_print(partial(sign_picture, sign.sign, artwork), key=("sign", sign.sign, artwork)),
                 samples=front.samples(BOARD_M / 4),
                 label_id=ids[sign.name],
             )
@@ -202,11 +202,11 @@ class ArenaParts:
 
 def screen_part(scenario: Scenario, panel: Solid, sign: PanelSign | None = None) -> Part:
     """Return a panel's lit screen, showing the sign (by default the scenario's)."""
-    sign = sign or scenario.panel_sign
+    sign, artwork = sign or scenario.panel_sign, scenario.look.artwork
     return Part(
         name=panel.name,
         mesh=rectangles_mesh([screen_rectangle(panel)], [(0, 0, 1, 1)]),
-        albedo=Painted(picture=partial(panel_picture, sign), key=("panel", sign)),
+        albedo=Painted(picture=partial(panel_picture, sign, artwork), key=("panel", sign, artwork)),
         glow=SCREEN_WHITE * scenario.look.panel_luminance,
         label_id=label_ids(scenario)[panel.name],
     )

@@ -88,6 +88,8 @@ WALL_TEXTURES = (
     "shelves",
     "blocks",
 )
+# Styles in which panels and signs are drawn.
+ARTWORKS = ("standard", "bold", "slim", "barbed", "tall", "enamel", "broad", "weathered", "stout")
 
 
 class LookFamily(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -97,6 +99,7 @@ class LookFamily(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     walls: tuple[str, ...]
     light_sets: tuple[str, ...]
     light_levels: tuple[LightLevel, ...] = ("dark", "dim", "normal", "bright")
+    artworks: tuple[str, ...] = ("standard",)
 
 
 class Flood(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -114,6 +117,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         floods: at most two floodlights; the rest of the light is diffuse and from the ceiling's lamps.
         lamp_share: of that rest, what the lamps give in place of an even sky.
         panel_luminance: of a white pixel, relative to a white floor under 300 lux.
+        artwork: the style in which panels and signs are drawn.
         floor_gloss: share of a clear coat's mirror image that the floor shows, 0 for carpet.
         line_wear: share of the paint that is gone where the lines are worn most.
         dirt: how dusty and scuffed the floor is, 0 for clean to 1.
@@ -130,6 +134,7 @@ class Look(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     lamp_share: float
     line_albedo: float
     panel_luminance: float
+    artwork: str
     exposure_bias_ev: float
     floor_gloss: float = 0.0
     line_wear: float = 0.0
@@ -142,8 +147,8 @@ class Look(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     @property
     def look_id(self) -> str:
-        """A short name: surfaces, light and texture seed."""
-        return f"{self.floor}-{self.wall}-{self.light_set}-{self.light_level}-{self.texture_seed}"
+        """A short name: surfaces, light, texture seed and artwork."""
+        return f"{self.floor}-{self.wall}-{self.light_set}-{self.light_level}-{self.texture_seed}-{self.artwork}"
 
 
 def draw_look(family: LookFamily, rng: np.random.Generator, light_level: LightLevel | None = None) -> Look:
@@ -170,6 +175,7 @@ def draw_look(family: LookFamily, rng: np.random.Generator, light_level: LightLe
         floor_gloss=float(rng.uniform(*FLOOR_GLOSS[floor])),
         line_wear=float(rng.uniform(0.05, 0.6)),
         dirt=float(rng.uniform(0.0, 1.0)),
+        artwork=str(rng.choice(np.array(family.artworks))),
     )
 
 

@@ -19,6 +19,7 @@ class Canvas:
 
     def __init__(self, width_px: int, height_px: int, ground: Colour) -> None:
         self.half_width = width_px / height_px
+        self._about, self._stretch = np.zeros(2), np.ones(2)
         self._size = (width_px, height_px)
         self._scale = height_px * FINER / 2
         self._middle = np.array([width_px, height_px]) * FINER / 2 - 0.5
@@ -27,6 +28,10 @@ class Canvas:
     def picture(self) -> NDArray[np.uint8]:
         """Return what has been drawn, (h, w, 3) uint8."""
         return np.asarray(cv2.resize(self._rgb, self._size, interpolation=cv2.INTER_AREA), np.uint8)
+
+    def stretch(self, by: Point, about: Point) -> None:
+        """Stretch all that is drawn from now on, across and up, about a point that stays."""
+        self._about, self._stretch = np.array(about), np.array(by)
 
     def polygon(self, points: ArrayLike, colour: Colour) -> None:
         """Fill a polygon (n, 2)."""
@@ -53,16 +58,21 @@ class Canvas:
         side = np.column_stack([-along[:, 1], along[:, 0]]) * width / 2
         self.polygon(np.concatenate([line + side, (line - side)[::-1]]), colour)
 
-    def arrow(self, points: ArrayLike, width: float, head: float, colour: Colour) -> None:
-        """Draw a line (n, 2) that ends in an arrow head, as long and as wide as `head`, beyond its last point."""
+    def arrow(self, points: ArrayLike, width: float, head: Point, colour: Colour, *, swept: float = 0.0) -> None:
+        """Draw a line (n, 2) that ends in an arrow head beyond its last point; the head's wings may reach back.
+
+        `head` is its length before the last point and its width, `swept` how far the wings reach back of that length.
+        """
         line = np.asarray(points, np.float64)
         self.stroke(line, width, colour)
         along = (line[-1] - line[-2]) / np.linalg.norm(line[-1] - line[-2])
-        side = np.array([-along[1], along[0]]) * head / 2
-        self.polygon([line[-1] + side, line[-1] - side, line[-1] + along * head], colour)
+        side, tip = np.array([-along[1], along[0]]) * head[1] / 2, line[-1] + along * head[0]
+        back = line[-1] - along * swept * head[0]
+        self.polygon([back + side, line[-1], back - side, tip], colour)
 
     def _fixed(self, points: ArrayLike) -> NDArray[np.int32]:
-        pixels = self._middle + np.asarray(points, np.float64) * (self._scale, -self._scale)
+        placed = self._about + (np.asarray(points, np.float64) - self._about) * self._stretch
+        pixels = self._middle + placed * (self._scale, -self._scale)
         fixed: NDArray[np.int32] = np.round(pixels * 2**SHIFT).astype(np.int32)
         return fixed
 
