@@ -19,7 +19,7 @@ NEAR_PX = 1.5
 # An acute corner may hold no pixel's middle so near. There the nearest point counts that lies so far within the outline
 # that its pixel is the object's (0.71 px from point to middle, 0.5 px by which the lens moves ids), if it is not too
 # far from the anchor.
-WITHIN_PX, ACUTE_PX = 1.25, 6.0
+WITHIN_PX, ACUTE_PX = 1.25, 10.0
 _AROUND = np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)), axis=-1).reshape(-1, 2)
 
 
