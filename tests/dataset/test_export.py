@@ -68,6 +68,18 @@ def test_coco_is_read_by_pycocotools(dataset: FrameDataset, tmp_path: Path) -> N
             assert coco.annToMask(annotation).sum() == label.visible_px
 
 
+def test_lossless_pictures_are_called_png(rendered: Path, tmp_path: Path) -> None:
+    dataset = FrameDataset(rendered)
+    mounts = [
+        msgspec.structs.replace(mount, imaging=msgspec.structs.replace(mount.imaging, jpeg_quality=None))
+        for mount in dataset.manifest.cameras
+    ]
+    dataset.manifest = msgspec.structs.replace(dataset.manifest, cameras=tuple(mounts))
+    export_dataset(dataset, "coco", tmp_path)
+    images = json.loads((tmp_path / "annotations" / "instances.json").read_bytes())["images"]
+    assert images[3]["file_name"] == "000003.png" and (tmp_path / "images" / "000003.png").is_file()
+
+
 def test_coco_is_read_by_torchvision(dataset: FrameDataset, tmp_path: Path) -> None:
     export_dataset(dataset, "coco", tmp_path)
     with contextlib.redirect_stdout(io.StringIO()):

@@ -1,6 +1,6 @@
 """Readers that know nothing of this project find in the exports what the dataset holds.
 
-`sh scripts/outside.sh` installs them: Ultralytics and evo, each in an environment of its own under `.peers/`.
+`sh scripts/outside.sh` installs them: Ultralytics, WebDataset and evo, each in an environment of its own in `.peers/`.
 """
 
 import json
@@ -59,6 +59,13 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> FrameDataset:
     return FrameDataset(root)
 
 
+def dataset_of(kind: str, request: pytest.FixtureRequest) -> FrameDataset:
+    """Return the frames or the drives of the validation split, made only where a test wants them."""
+    found = request.getfixturevalue("drives" if kind == "drives" else "splits")
+    dataset: FrameDataset = found["val"] if kind == "frames" else found
+    return dataset
+
+
 def test_ultralytics_finds_every_box(splits: dict[str, FrameDataset], tmp_path: Path) -> None:
     python = tool("ultralytics", "python")
     for dataset in splits.values():
@@ -74,15 +81,25 @@ def test_ultralytics_finds_every_box(splits: dict[str, FrameDataset], tmp_path: 
         assert found["classes"][name] == {f"{i:06d}.jpg": classes for i, classes in enumerate(labels)}
 
 
+@pytest.mark.parametrize("kind", ["frames", "drives"])
+def test_webdataset_finds_every_sample(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    python, dataset = tool("webdataset", "python"), dataset_of(kind, request)
+    export_dataset(dataset, "webdataset", tmp_path / "out")
+    script = Path(__file__).parent / "outside" / "read_tars.py"
+    tars = sorted(str(path) for path in (tmp_path / "out").glob("*.tar"))
+    found = json.loads(answer([python, str(script), *tars], tmp_path))
+    shape = [dataset.height_px, dataset.width_px, 3]
+    counts = [len(dataset.annotations(i)) for i in range(len(dataset))]
+    assert sum(counts) > 10
+    assert found == {f"val_{i:06d}": [shape, count] for i, count in enumerate(counts)}
+
+
 @pytest.mark.parametrize("format_name", ["tum", "kitti"])
 @pytest.mark.parametrize("kind", ["frames", "drives"])
 def test_evo_reads_the_trajectories(
     kind: str, format_name: FormatName, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    evo = tool("evo", "evo_traj")
-    dataset: FrameDataset = (
-        request.getfixturevalue("splits")["val"] if kind == "frames" else request.getfixturevalue("drives")
-    )
+    evo, dataset = tool("evo", "evo_traj"), dataset_of(kind, request)
     export_dataset(dataset, format_name, tmp_path / "out")
     files = sorted((tmp_path / "out").glob("*.tum" if format_name == "tum" else "poses/*.txt"))
     assert [path.stem for path in files] == [Path(name).stem for name in dataset.store.names("poses/*.tum")]

@@ -1,4 +1,4 @@
-"""Run by .peers/ultralytics: prints, as JSON, what Ultralytics finds in a data.yaml: boxes of each picture, by split."""
+"""Run by .peers/ultralytics: prints what Ultralytics finds in a data.yaml: each picture's classes, by split."""
 
 import json
 import sys
