@@ -20,7 +20,7 @@ from adc_bench.world.picture import decode_picture
 from adc_bench.world.records import parse_record
 from adc_bench.world.scenario import Scenario
 
-FRAMES_IN_MEMORY = 16_384
+FRAMES_IN_MEMORY = 32_768
 RENDER = "make one with: adc-bench render --split NAME --out DIR"
 
 

@@ -136,7 +136,7 @@ def read_jpeg_index(store: Store, name: str, frames: int) -> JpegIndex:
 
 
 class Shard:
-    """A shard read: everything but the pictures is in memory, no file stays open.
+    """A shard read: all but pictures, lane lines and arenas is in memory, no file stays open.
 
     Raises:
         InputError: as `open_shard`, or the shard does not hold `frames` frames.
@@ -157,9 +157,7 @@ class Shard:
         self.motion: Array = file["motion"][:]
         self.condition_columns: Columns = take_conditions(file["conditions"])
         self.label_columns: Columns = take_labels(file["labels"])
-        self.lane_line_columns: Columns = take_lane_lines(file["lane_lines"])
         self.picture_time_s: Array | None = file["pictures/time_s"][:] if "pictures" in file else None  # of a drive
-        self._scenarios = take_blobs(file, "scenario")
         self._jpegs = JpegIndex(self._store, self._name, file)
 
     def __len__(self) -> int:
@@ -167,12 +165,24 @@ class Shard:
 
     @cached_property
     def scenarios(self) -> dict[str, Scenario]:
-        """The arenas in the shard, by name; raises InputError for what is no such record."""
-        try:
-            decoded = [msgspec.json.decode(blob, type=Scenario) for blob in self._scenarios]
-        except msgspec.MsgspecError as error:
-            raise damaged(self._store.path(self._name), f"not a readable scenario: {error}") from None
+        """The arenas in the shard, by name; read when first asked for.
+
+        Raises:
+            InputError: as `open_shard`.
+        """
+        with open_shard(self._store, self._name) as file:
+            decoded = [msgspec.json.decode(blob, type=Scenario) for blob in take_blobs(file, "scenario")]
         return {scenario.name: scenario for scenario in decoded}
+
+    @cached_property
+    def lane_line_columns(self) -> Columns:
+        """The lane lines' columns, more than all the others hold; read when first asked for.
+
+        Raises:
+            InputError: as `open_shard`.
+        """
+        with open_shard(self._store, self._name) as file:
+            return take_lane_lines(file["lane_lines"])
 
     def labels(self, row: int) -> tuple[Label, ...]:
         """Return a frame's labels."""
