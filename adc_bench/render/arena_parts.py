@@ -51,9 +51,8 @@ class ArenaParts:
     def of(cls, scenario: Scenario) -> "ArenaParts":
         """Compute the floor's light; the rest is computed when it is asked for."""
         lighting = Lighting(scenario=scenario)
-        course, hall = course_bounds(scenario.course_spec), hall_bounds(scenario)
-        floors = (FloorLight(lighting, course, COURSE_TEXEL_M), FloorLight(lighting, hall, HALL_TEXEL_M, unseen=course))
-        return cls(scenario=scenario, lighting=lighting, floors=floors)
+        course, hall = floor_lights(lighting)
+        return cls(scenario=scenario, lighting=lighting, floors=(course, hall))
 
     def standing(self) -> Iterator[Part]:
         """Yield the parts that stand for good."""
@@ -198,6 +197,13 @@ class ArenaParts:
                     samples=front.samples(WALL_TEXEL_M),
                     label_id=OtherId.FURNITURE,
                 )
+
+
+def floor_lights(lighting: Lighting) -> Iterator[FloorLight]:
+    """Yield the light of the course and of the bare floor around it."""
+    course = course_bounds(lighting.scenario.course_spec)
+    yield FloorLight(lighting, course, COURSE_TEXEL_M)
+    yield FloorLight(lighting, hall_bounds(lighting.scenario), HALL_TEXEL_M, unseen=course)
 
 
 def screen_part(scenario: Scenario, panel: Solid, sign: PanelSign | None = None) -> Part:

@@ -85,6 +85,7 @@ class ArenaRenderer:
             for mount in rig.cameras
         }
         self._static: FastScene | None = None
+        self._coming: FastScene | None = None
         self._staged: PackScene | None = None
         self._free: View | None = None
 
@@ -97,11 +98,24 @@ class ArenaRenderer:
         """Build the scenario's arena in place of the one before; auto-exposure and noise start anew."""
         if self._static:
             self._each(lambda arena: arena.remove())
-        self._static = FastScene(self._scene, scenario)
+        self._static, self._coming = self._begun(scenario), None
+        self._static.enter()
         self._staged = PackScene(self._stage, scenario) if self._stage else None
         self._scenario = scenario
         self._taken: Counter[str] = Counter()
         self._metered: dict[str, Metered] = {}
+
+    def prepare(self, scenario: Scenario) -> None:
+        """Build one more piece, in some 10 ms, of the arena that is to be loaded next: there is time while a picture
+        is drawn.
+        """
+        self._coming = self._begun(scenario)
+        self._coming.build()
+
+    def _begun(self, scenario: Scenario) -> FastScene:
+        if self._coming and self._coming.scenario is scenario:
+            return self._coming
+        return FastScene(self._scene, scenario, at_once=False)
 
     def set_panel(self, sign: PanelSign) -> None:
         """Switch both panels."""

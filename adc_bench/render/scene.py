@@ -3,14 +3,15 @@
 The one file, with `view.py`, that knows SAPIEN's axes.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 import sapien
 from numpy.typing import NDArray
 
 from adc_bench.geometry import ROTATION_BODY_OPTICAL, Pose3
-from adc_bench.render.arena_parts import ArenaParts, screen_part
+from adc_bench.render.arena_parts import ArenaParts, floor_lights, screen_part
+from adc_bench.render.light import Lighting
 from adc_bench.render.materials import (
     baked_material,
     floor_material,
@@ -22,7 +23,7 @@ from adc_bench.render.materials import (
 from adc_bench.render.meshes import Mesh, Samples
 from adc_bench.render.mirror import hall_mirror
 from adc_bench.render.moving import Moving, lit_pose, moving_bodies, moving_robot, same_pose, tape_part
-from adc_bench.render.parts import Light, Painted
+from adc_bench.render.parts import Light, Painted, Part
 from adc_bench.render.scene_numbers import SceneNumbers
 from adc_bench.render.targets import Target, targets_of
 from adc_bench.world.categories import PanelSign
@@ -53,25 +54,56 @@ def entity_of(mesh: Mesh, material: sapien.render.RenderMaterial) -> sapien.Enti
 class FastScene:
     """One scenario's arena in a SAPIEN scene."""
 
-    def __init__(self, scene: sapien.Scene, scenario: Scenario) -> None:
-        self._scene, self._scenario = scene, scenario
+    def __init__(self, scene: sapien.Scene, scenario: Scenario, *, at_once: bool = True) -> None:
+        """Build the arena and put it into the scene; if not at once, it waits for `build` and `enter`."""
+        self._scene, self.scenario = scene, scenario
         self._entities: list[sapien.Entity] = []
         self._screens: list[sapien.render.RenderMaterial] = []
-        self._arena = ArenaParts.of(scenario)
         self._bodies = {body.name: body for body in moving_bodies(scenario)}
         self._poses = {name: body.start for name, body in self._bodies.items()}
         self._lit: dict[str, Pose3] = {}
         self._body_light: dict[str, sapien.render.RenderTexture2D] = {}
         self._body_entities: dict[str, sapien.Entity] = {}
         self._tape_entities: dict[str, sapien.Entity] = {}
-        self._floor_light = [light_texture(floor.picture) for floor in self._arena.floors]
-        self._numbers = SceneNumbers(scene, self._arena.lighting)
-        self._add_standing()
+        self._pieces = self._built()
+        if at_once:
+            self.enter()
+
+    def build(self) -> None:
+        """Build one more piece, in some 10 ms, beside the scene; nothing if there is none left."""
+        next(self._pieces, None)
+
+    def enter(self) -> None:
+        """Build what is left, and put everything into the scene."""
+        for _ in self._pieces:
+            pass
+        for entity in self._entities:
+            self._scene.add_entity(entity)
+        self._numbers = SceneNumbers(self._scene, self._arena.lighting)
+        self._hang_tapes(frozenset(), self._bodies)
+        self.show(self.scenario.panel_sign)
+
+    def _built(self) -> Iterator[None]:
+        lighting, floors = Lighting(scenario=self.scenario), []
+        for floor in floor_lights(lighting):
+            floors.append(floor)
+            yield
+        self._arena = ArenaParts(scenario=self.scenario, lighting=lighting, floors=(floors[0], floors[1]))
+        self._floor_light = [light_texture(floor.picture) for floor in floors]
+        parts = list(self._arena.standing())
+        yield
+        light = self._light_of([part.samples for part in parts])
+        yield
+        mirror = light_texture(hall_mirror(lighting))
+        yield
+        for part, picture in zip(parts, light, strict=True):
+            self._add_standing(part, picture, mirror)
+        yield
         for body in self._bodies.values():
             self._add_body(body)
-        self._hang_tapes(frozenset(), self._relight(self._bodies))
-        self._add_robot(moving_robot(scenario))
-        self.show(scenario.panel_sign)
+        self._add_robot(moving_robot(self.scenario))
+        yield
+        self._relight(self._bodies)
 
     def remove(self) -> None:
         """Take everything out of the scene."""
@@ -84,8 +116,8 @@ class FastScene:
     def show(self, sign: PanelSign) -> None:
         """Let both panels show the sign."""
         self.sign = sign
-        panel = next(solid for solid in self._scenario.solids if solid.kind == "panel")
-        picture = screen_part(self._scenario, panel, sign).albedo
+        panel = next(solid for solid in self.scenario.solids if solid.kind == "panel")
+        picture = screen_part(self.scenario, panel, sign).albedo
         assert isinstance(picture, Painted)
         for material in self._screens:
             material.set_base_color_texture(texture_of(picture))
@@ -111,7 +143,7 @@ class FastScene:
     @property
     def targets(self) -> tuple[Target, ...]:
         """What is labelled in this scene, with the sign shown now, where the bodies are now."""
-        return targets_of(self._scenario, self.sign, self._poses)
+        return targets_of(self.scenario, self.sign, self._poses)
 
     def floor_irradiance(self, points_world: NDArray[np.float64]) -> float:
         """Return the mean irradiance of the floor at points (n, 2), by the green channel."""
@@ -119,25 +151,20 @@ class FastScene:
 
     def _add(self, mesh: Mesh, material: sapien.render.RenderMaterial) -> sapien.Entity:
         entity = entity_of(mesh, material)
-        self._scene.add_entity(entity)
         self._entities.append(entity)
         return entity
 
-    def _add_standing(self) -> None:
-        parts = list(self._arena.standing())
-        light = self._light_of([part.samples for part in parts])
-        mirror = light_texture(hall_mirror(self._arena.lighting))
-        for part, picture in zip(parts, light, strict=True):
-            if part.floor:
-                material = floor_material(part, self._floor_light[part.name == "hall_floor"], mirror)
-            elif picture is not None and isinstance(part.albedo, Painted) and part.albedo.key is None:
-                baked = lit(part.albedo.picture(), picture, part.texel_ids)
-                material = baked_material(light_texture(baked), part.label_id)
-            else:
-                material = material_of(part, None if picture is None else light_texture(picture))
-            self._add(part.mesh, material)
-            if part.glow and isinstance(part.albedo, Painted):  # the lamps are plain
-                self._screens.append(material)
+    def _add_standing(self, part: Part, light: Light | None, mirror: sapien.render.RenderTexture2D) -> None:
+        if part.floor:
+            material = floor_material(part, self._floor_light[part.name == "hall_floor"], mirror)
+        elif light is not None and isinstance(part.albedo, Painted) and part.albedo.key is None:
+            baked = lit(part.albedo.picture(), light, part.texel_ids)
+            material = baked_material(light_texture(baked), part.label_id)
+        else:
+            material = material_of(part, None if light is None else light_texture(light))
+        self._add(part.mesh, material)
+        if part.glow and isinstance(part.albedo, Painted):  # the lamps are plain
+            self._screens.append(material)
 
     def _light_of(self, samples: Sequence[Samples | None]) -> list[Light | None]:
         """Return the light pictures at samples in the world, all computed in one go."""
@@ -188,7 +215,7 @@ class FastScene:
 
     def _hang_tapes(self, torn: frozenset[str], moved: Collection[str]) -> None:
         """Hang the tapes whose cones have moved, and take down the torn ones."""
-        wanted = [tape for tape in self._scenario.tapes if tape.name not in torn]
+        wanted = [tape for tape in self.scenario.tapes if tape.name not in torn]
         stale = {tape.name for tape in wanted if tape.first in moved or tape.second in moved}
         for name in list(self._tape_entities):
             if name in torn or name in stale:
