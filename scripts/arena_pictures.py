@@ -23,6 +23,7 @@ from adc_bench.render.exposure import follow
 from adc_bench.world.arena import ArenaSpec, Tunnel
 from adc_bench.world.course import COURSE_SETS, Course
 from adc_bench.world.look import LIGHT_LEVELS, Look, LookFamily, draw_look
+from adc_bench.world.picture import decode_picture
 from adc_bench.world.robot import ROBOTS, Motion
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import SensorRig
@@ -134,7 +135,7 @@ def eight_looks(renderer: ArenaRenderer) -> Picture:
             arena = scenario("d3_v1", look=look)
             renderer.load(arena)
             picture = renderer.picture("road", Pose2(x_m=-3.2, y_m=-2.0, yaw_rad=3.1).to_pose3(), time_s=0.0)
-            rgb = cv2.cvtColor(cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+            rgb = decode_picture(picture)
             cells.append(captioned(rgb, f"{level}, {look.illuminance_lux:.0f} lux, {look.colour_temperature_k:.0f} K"))
         rows.append(np.concatenate(cells, axis=1))
     return np.concatenate(rows, axis=0)
@@ -263,13 +264,13 @@ def exposure_line(renderer: ArenaRenderer, out: Path) -> None:
     for time_s in times:
         pose = course.lap.pose(tunnel.start_s_m - 2.5 + time_s).to_pose3()
         jpeg = renderer.picture("road", pose, time_s=float(time_s), motion=Motion(v_mps=1.0))
-        bgr = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
-        means.append(bgr.mean())
+        rgb = decode_picture(jpeg)
+        means.append(rgb.mean())
         settled.append(renderer.exposure(pose))
         now = follow(now, settled[-1], float(time_s), lag_s)
         followed.append(now.exposure)
         if round(time_s / 0.05) % 8 == 0:
-            strip.append(captioned(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), f"{time_s:.1f} s"))
+            strip.append(captioned(rgb, f"{time_s:.1f} s"))
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(9, 5), sharex=True)
     top.plot(times, np.log2(settled), "--", label="metered")
     top.plot(times, np.log2(followed), label="camera")
