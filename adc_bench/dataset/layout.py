@@ -1,6 +1,6 @@
 """The dataset folder: its file names, and `dataset.toml`, which says what made it.
 
-dataset.toml  README.md  shard-00000.h5 ...  poses/<camera>.tum, or poses/drive-00000.tum ...
+dataset.toml  README.md  preview.jpg  shard-00000.h5 ...  poses/<camera>.tum, or poses/drive-00000.tum ...
 annotations/instances.json (of frames)  receipts/ (until it is finished)
 """
 
@@ -20,6 +20,7 @@ FRAMES_PER_SHARD = 256
 COCO_FRAMES_MAX = 250_000  # one JSON of more frames than these is beyond what readers of COCO can load
 MANIFEST = "dataset.toml"
 CARD = "README.md"
+CARD_PICTURE = "preview.jpg"
 Kind = Literal["frames", "drives"]
 COCO = "annotations/instances.json"
 RECEIPTS = "receipts"

@@ -8,6 +8,7 @@ from adc_bench.dataset.card import card
 from adc_bench.dataset.coco import CocoWriter
 from adc_bench.dataset.layout import (
     CARD,
+    CARD_PICTURE,
     COCO,
     MANIFEST,
     RECEIPTS,
@@ -19,6 +20,7 @@ from adc_bench.dataset.layout import (
     shard_name,
     to_toml,
 )
+from adc_bench.dataset.preview.strip import strip
 from adc_bench.dataset.read import load_manifest
 from adc_bench.dataset.receipts import finished_shards, is_whole
 from adc_bench.dataset.shard import Shard, damaged
@@ -91,7 +93,9 @@ def _described(store: Store, manifest: Manifest) -> Manifest:
     files = describe(store, manifest, tally)
     summary = tally.summary(manifest.kind, sum(entry.size_bytes for entry in manifest.shards))
     store.write(CARD, card(manifest, summary).encode())
-    return msgspec.structs.replace(manifest, summary=summary, files=files)
+    with store.writing(CARD_PICTURE) as picture:
+        picture.write(strip(store, manifest))
+    return msgspec.structs.replace(manifest, summary=summary, files=(*files, _entry(CARD_PICTURE, picture)))
 
 
 def _describe_frames(store: Store, manifest: Manifest, tally: Tally) -> tuple[FileEntry, ...]:
@@ -144,7 +148,7 @@ def _entry(name: str, out: Writing) -> FileEntry:
 def _clear(store: Store) -> None:
     """Delete a dataset's own files and nothing else; `dataset.toml` goes last, so that a cut here can be repeated."""
     store.delete_folder(RECEIPTS)
-    for name in [*store.names("shard-*.h5"), *store.names("poses/*.tum"), COCO, CARD, MANIFEST]:
+    for name in [*store.names("shard-*.h5"), *store.names("poses/*.tum"), COCO, CARD_PICTURE, CARD, MANIFEST]:
         store.delete(name)
 
 
