@@ -74,7 +74,7 @@ def test_speeds_obey_bends_brakes_and_the_end() -> None:
     speed = speeds_mps(found, 0.0, 11.0, cruise_mps=1.5, lateral_mps2=1.0, braking_mps2=0.8)
     assert speed.max() == 1.5 and (speed**2 * np.abs(found[:, 3]) <= 1.0 + 1e-9).all()
     assert (np.abs(np.diff(speed**2)) <= 2 * 0.8 * STEP_M + 1e-9).all()
-    assert (speed[np.arange(len(speed)) * STEP_M > 11.0] == 0).all()
+    assert speed[0] == 0 and (speed[np.arange(len(speed)) * STEP_M > 11.0] == 0).all()
 
 
 def test_the_wandering_has_its_spread_and_a_clean_hand_none() -> None:

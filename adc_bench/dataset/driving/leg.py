@@ -88,13 +88,17 @@ def driven_line(path: Path, aside_m: Array) -> Array:
 def speeds_mps(
     line: Array, start_m: float, end_m: float, *, cruise_mps: float, lateral_mps2: float, braking_mps2: float
 ) -> Array:
-    """Return the speeds (n,) along a line: at most `cruise_mps`, slow enough in bends, and able to stop at `end_m`."""
+    """Return the speeds (n,) along a line: at most `cruise_mps`, slow enough in bends, from rest at `start_m` to rest at
+    `end_m`.
+    """
     s_m = np.arange(len(line)) * STEP_M
     bends = np.sqrt(lateral_mps2 / np.maximum(np.abs(line[:, 3]), 1e-6))
     speed = np.minimum(cruise_mps, bends)
+    first = int(start_m / STEP_M)
+    speed[first] = 0.0
     speed[s_m > end_m - STEP_M] = 0.0
-    for k in range(len(speed) - 2, -1, -1):
+    for k in range(len(speed) - 2, first, -1):
         speed[k] = min(speed[k], np.sqrt(speed[k + 1] ** 2 + 2 * braking_mps2 * STEP_M))
-    for k in range(max(int(start_m / STEP_M), 0) + 1, len(speed)):
+    for k in range(first + 1, len(speed)):
         speed[k] = min(speed[k], np.sqrt(speed[k - 1] ** 2 + 2 * braking_mps2 * STEP_M))
     return speed
