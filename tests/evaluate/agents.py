@@ -37,6 +37,14 @@ class Prints(Still):
         return super().step(observation)
 
 
+class TellsSecrets(Still):
+    """Answers with how many variables of its environment name a salt, as the estimate."""
+
+    def step(self, observation: Observation) -> Command:
+        count = sum("salt" in f"{name}={value}".lower() for name, value in os.environ.items())
+        return Command(v_mps=0.0, omega_radps=0.0, pose_world_robot=Pose2(x_m=float(count), y_m=0.0, yaw_rad=0.0))
+
+
 class Tells(Still):
     """Answers with what it sees of its world, as the estimate."""
 

@@ -18,6 +18,7 @@ from adc_bench.evaluate.submission import Submission
 from adc_bench.evaluate.suite import load_suite, mission_for
 from adc_bench.evaluate.wire import Answer, Sense, observation, sense
 from adc_bench.geometry import Pose2
+from adc_bench.world.salt import VARIABLE
 
 MISSION = mission_for(load_suite("dev"), latency_s=0.0, options={})
 
@@ -188,3 +189,11 @@ def running(pid: int) -> bool:
     """Whether the process is there and no zombie."""
     status = Path(f"/proc/{pid}/status")
     return status.is_file() and "State:\tZ" not in status.read_text()
+
+
+def test_a_submission_does_not_see_the_organiser_s_salt(
+    submission_of: MakeSubmission, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, "salt of the organiser, private")
+    (answer,) = talk(submission_of("TellsSecrets"), Rules(), tmp_path / "log", steps=1)
+    assert answer.command.pose_world_robot.x_m == 0.0
