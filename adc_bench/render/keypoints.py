@@ -1,14 +1,13 @@
 """Keypoints: an object's four corners in the picture, and whether they are seen there."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from adc_bench.geometry import Camera, Pose3
+from adc_bench.geometry import Camera
 from adc_bench.render.other_ids import OtherId
-from adc_bench.render.targets import CROSSWALK_ID, Target
+from adc_bench.render.placed import Placed
+from adc_bench.render.targets import CROSSWALK_ID
 from adc_bench.world.frame import KEYPOINT_HIDDEN, KEYPOINT_OUTSIDE, KEYPOINT_VISIBLE, NO_KEYPOINTS, KeypointPx
 
 Array = NDArray[np.float64]
@@ -24,24 +23,22 @@ _AROUND = np.stack(np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)), axis=-1).res
 
 
 def keypoints_of(
-    ids: NDArray[np.uint8], seen: Sequence[tuple[Target, Pose3]], shapes_px: Geometries, camera: Camera
+    ids: NDArray[np.uint8], seen: Placed, shapes_px: Geometries, camera: Camera
 ) -> list[tuple[KeypointPx, ...]]:
-    """Return the keypoints of each object, given where it is in the camera's frame and its outline in the picture.
+    """Return the keypoints of each object, given its outline in the picture.
 
     A keypoint outside the picture or behind the camera is (0, 0, KEYPOINT_OUTSIDE). One in it is visible if the object
     itself is seen at the anchor: the point of its outline nearest to the keypoint. The crosswalk lies on the floor, so
     that the floor beside it will do.
     """
-    found = [NO_KEYPOINTS] * len(seen)
-    placed = [
-        (k, pose.transform(target.keypoints)) for k, (target, pose) in enumerate(seen) if target.keypoints is not None
-    ]
-    if not placed:
-        return found
-    corners = camera.project(np.concatenate([points for _, points in placed]))
+    found = [NO_KEYPOINTS] * len(seen.targets)
+    some, points_camera = seen.keypoints()
+    corners = camera.project(points_camera.reshape(-1, 3))
     inside = ((corners >= 0) & (corners < (camera.width_px, camera.height_px))).all(axis=1)
-    owner = np.repeat([k for k, _ in placed], 4)[inside]
-    wanted = np.array([target.label_id for target, _ in seen])[owner]
+    if not inside.any():
+        return found
+    owner = np.repeat(some, 4)[inside]
+    wanted = np.array([target.label_id for target in seen.targets])[owner]
     are_seen = _are_seen(ids, corners[inside], shapes_px[owner], wanted)
     states = np.full(len(corners), KEYPOINT_OUTSIDE)
     states[inside] = np.where(are_seen, KEYPOINT_VISIBLE, KEYPOINT_HIDDEN)
@@ -49,7 +46,7 @@ def keypoints_of(
         (u, v, state) if state else (0.0, 0.0, KEYPOINT_OUTSIDE)
         for (u, v), state in zip(corners.tolist(), states.tolist(), strict=True)
     ]
-    for n, (k, _) in enumerate(placed):
+    for n, k in enumerate(some):
         found[k] = tuple(points[4 * n : 4 * n + 4])
     return found
 
@@ -79,7 +76,7 @@ def _nearest(points_px: Array, shapes_px: Geometries) -> Array:
 def _is_near(ids: NDArray[np.uint8], anchors_px: Array, wanted: Integers) -> NDArray[np.bool_]:
     """Return for anchors (n, 2) whether the middle of a pixel of the wanted id (n,) is near."""
     height, width = ids.shape
-    anchors = np.nan_to_num(anchors_px, nan=-9.0)[:, None]
+    anchors = np.where(np.isnan(anchors_px), -9.0, anchors_px)[:, None]
     pixels = np.floor(anchors).astype(np.int64) + _AROUND
     columns, rows = pixels[..., 0].clip(0, width - 1), pixels[..., 1].clip(0, height - 1)
     across, down = columns + 0.5 - anchors[..., 0], rows + 0.5 - anchors[..., 1]

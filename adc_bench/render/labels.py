@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import Camera, Pose3
 from adc_bench.render.keypoints import keypoints_of
 from adc_bench.render.outlines import outlines_of
+from adc_bench.render.placed import Placed
 from adc_bench.render.runs import regions
 from adc_bench.render.targets import Target
 from adc_bench.world.frame import Label
@@ -24,15 +25,14 @@ def labels_of(
 
     `ids` (h, w) holds the label ids of the delivered picture, that is: seen through the distorting lens.
     """
-    pose_camera_world = pose_world_camera.inverse()
     shown = regions(ids, [target.label_id for target in targets])
-    visible = ((target, pose_camera_world @ target.pose_world_object) for target in targets if target.label_id in shown)
-    seen = [(target, pose) for target, pose in visible if _shows_front(target, pose)]
-    whole = outlines_of([[pose.transform(face) for face in target.faces] for target, pose in seen], camera)
+    seen = Placed.of([target for target in targets if target.label_id in shown], pose_world_camera.inverse()).facing()
+    whole = outlines_of(seen.pieces(), camera)
     keypoints = keypoints_of(ids, seen, whole.shapes_px, camera)
+    distances_m = np.linalg.norm(seen.middles(), axis=1)
     small_px = VISIBLE_PX_MIN * (camera.width_px * camera.height_px) / (320 * 240)
     labels = []
-    for k, (target, pose) in enumerate(seen):
+    for k, target in enumerate(seen.targets):
         region = shown[target.label_id]
         fraction = min(1.0, region.visible_px / max(float(whole.areas_px[k]), 1.0))
         labels.append(
@@ -46,17 +46,10 @@ def labels_of(
                 visible_px=region.visible_px,
                 visible_fraction=fraction,
                 truncation=float(whole.truncations[k]),
-                distance_m=float(np.linalg.norm(pose.transform(target.middle))),
+                distance_m=float(distances_m[k]),
                 pose_world_object=target.figures,
                 keypoints_px=keypoints[k],
                 ignore=region.visible_px < small_px or fraction < VISIBLE_FRACTION_MIN,
             )
         )
     return tuple(labels)
-
-
-def _shows_front(target: Target, pose_camera_object: Pose3) -> bool:
-    if target.front is None:
-        return True
-    (corner,) = pose_camera_object.transform(target.faces[0][:1])
-    return float(corner @ (pose_camera_object.rotation @ target.front)) < 0.0

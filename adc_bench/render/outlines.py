@@ -12,12 +12,41 @@ from adc_bench.geometry import Camera
 from adc_bench.world.frame import BoxPx
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Geometries = NDArray[np.object_]
 NEAR_M = 0.02
 # A distorted edge is drawn through so many points a picture width; its error is then below 0.1 px.
 EDGE_POINTS = 32
 AROUND = 1.0  # pictures' widths and heights beyond each border within which a whole object's box is given
 LENS_RADIUS_MAX, LENS_STEPS = 20.0, 20_001  # of the table by which a lens is undone outside the picture
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pieces:
+    """Objects in the camera's frame, each the union of convex pieces.
+
+    Attributes:
+        corners: (m, 3) of all pieces, one after the other.
+        sizes: (p,) how many corners each piece has.
+        owners: (p,) which object each piece belongs to, rising.
+        count: how many objects there are.
+    """
+
+    corners: Array
+    sizes: Integers
+    owners: Integers
+    count: int
+
+    @classmethod
+    def of(cls, objects: Sequence[Sequence[Array]]) -> "Pieces":
+        """Return the pieces of objects given as lists of corners (m, 3)."""
+        pieces = [piece for pieces in objects for piece in pieces]
+        return cls(
+            corners=np.concatenate([np.empty((0, 3)), *pieces]),
+            sizes=np.array([len(piece) for piece in pieces], np.int64),
+            owners=np.repeat(np.arange(len(objects)), [len(pieces) for pieces in objects]),
+            count=len(objects),
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,14 +81,14 @@ def _figures(box_px: Array) -> BoxPx:
     return x0, y0, x1, y1
 
 
-def outlines_of(objects: Sequence[Sequence[Array]], camera: Camera) -> Outlines:
-    """Return the outlines of objects (n,), each given as convex pieces (m, 3) in the camera's frame.
+def outlines_of(pieces: Pieces, camera: Camera) -> Outlines:
+    """Return the outlines of objects (n,) in the camera's frame.
 
     The truncation is a share of areas as a lens without distortion would show them: a lens model says nothing about
     what lies far outside the picture. The box of the whole object takes the model at its word there, or as far as it
     rises. All objects are treated in one go: calls cost more here than corners.
     """
-    flat = _seen_flat(objects)
+    flat = _seen_flat(pieces)
     inside, cut = _cut(flat, _field(camera, 0.0))
     beyond, _ = _cut(flat[cut], _field(camera, AROUND))
     areas = shapely.area(flat)
@@ -130,22 +159,32 @@ def _undistorted_radius(wanted: Array, camera: Camera) -> Array:
     return found
 
 
-def _seen_flat(objects: Sequence[Sequence[Array]]) -> Geometries:
+def _seen_flat(pieces: Pieces) -> Geometries:
     """Return each object's outline (n,) in the plane z = 1 before the camera; empty if all of it lies behind."""
-    hulls = np.full((len(objects), max(map(len, objects), default=0)), None, dtype=object)
-    pieces = {(k, m): _before_near(face) for k, faces in enumerate(objects) for m, face in enumerate(faces)}
-    pieces = {place: corners for place, corners in pieces.items() if len(corners) >= 3}
-    if pieces:
-        corners = np.concatenate(list(pieces.values()))
-        lines = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces.values()])
-        places = tuple(np.array(list(pieces)).T)
-        hulls[places] = shapely.convex_hull(shapely.linestrings(corners[:, :2] / corners[:, 2:], indices=lines))
-    outlines: Geometries = shapely.union_all(hulls, axis=1)
+    corners, sizes, owners = pieces.corners, pieces.sizes, pieces.owners
+    if not (corners[:, 2] > NEAR_M).all():
+        corners, sizes, owners = _before_near(pieces)
+    outlines: Geometries = np.full(pieces.count, shapely.Polygon(), dtype=object)
+    if len(sizes):
+        lines = shapely.linestrings(corners[:, :2] / corners[:, 2:], indices=np.repeat(np.arange(len(sizes)), sizes))
+        hulls, count = shapely.convex_hull(lines), np.bincount(owners, minlength=pieces.count)
+        first = np.cumsum(count) - count
+        outlines[count > 0] = hulls[first[count > 0]]
+        for more in range(1, int(count.max())):
+            several = count > more
+            outlines[several] = shapely.union(outlines[several], hulls[first[several] + more])
     return outlines
 
 
-def _before_near(corners: Array) -> Array:
-    """Return corners (m, 3) of what of a convex piece lies before the near plane; m may be 0."""
+def _before_near(pieces: Pieces) -> tuple[Array, Integers, Integers]:
+    """Return corners, sizes and owners, as `Pieces` has them, of what lies before the near plane."""
+    cut = [_cut_piece(piece) for piece in np.split(pieces.corners, np.cumsum(pieces.sizes)[:-1])]
+    kept = [k for k, corners in enumerate(cut) if len(corners) >= 3]
+    corners = np.concatenate([np.empty((0, 3)), *(cut[k] for k in kept)])
+    return corners, np.array([len(cut[k]) for k in kept], np.int64), pieces.owners[kept]
+
+
+def _cut_piece(corners: Array) -> Array:
     near = corners[:, 2] > NEAR_M
     if near.all():
         return corners

@@ -75,13 +75,14 @@ def _boxes(runs: _Runs, first: Integers, height: int) -> list[BoxPx]:
 def _masks(runs: _Runs, first: Integers, shape: tuple[int, ...]) -> list[bytes]:
     before = np.concatenate([[0], runs.ends[:-1]])
     before[first] = 0
-    lengths = np.column_stack([runs.starts - before, runs.ends - runs.starts]).astype(np.uint32)
-    size = [shape[0], shape[1]]
-    plain = [{"counts": _closed(of_one.ravel(), shape), "size": size} for of_one in np.split(lengths, first[1:])]
+    lengths = np.column_stack([runs.starts - before, runs.ends - runs.starts]).ravel()
+    ends = np.append(first[1:], len(runs.ids))
+    rests = shape[0] * shape[1] - runs.ends[ends - 1]  # what is left of the picture below and behind an id's last run
+    closed, size = np.insert(lengths, 2 * ends, rests).astype(np.uint32), [shape[0], shape[1]]
+    borders, is_open = (2 * ends + np.arange(1, len(ends) + 1)).tolist(), (rests == 0).tolist()
+    starts = [0, *borders[:-1]]
+    plain = [
+        {"counts": closed[start : border - full], "size": size}
+        for start, border, full in zip(starts, borders, is_open, strict=True)
+    ]
     return [packed["counts"] for packed in pycocotools.mask.frPyObjects(plain, *size)]
-
-
-def _closed(lengths: NDArray[np.uint32], shape: tuple[int, ...]) -> NDArray[np.uint32]:
-    """Return run lengths with the last empty one, if the mask does not end with the picture."""
-    rest = shape[0] * shape[1] - int(lengths.sum())
-    return np.append(lengths, np.uint32(rest)) if rest else lengths

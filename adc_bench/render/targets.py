@@ -49,8 +49,8 @@ class Target:
 
     @cached_property
     def middle(self) -> Array:
-        """The mean (1, 3) of its corners, in its own frame."""
-        mean: Array = np.concatenate(self.faces).mean(axis=0, keepdims=True)
+        """The mean (3,) of its corners, in its own frame."""
+        mean: Array = np.concatenate(self.faces).mean(axis=0)
         return mean
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import ROTATION_BODY_OPTICAL, Camera, Pose2, Pose3, rotation_zyx
 from adc_bench.render import ArenaRenderer
 from adc_bench.render.labels import labels_of
-from adc_bench.render.outlines import outlines_of
+from adc_bench.render.outlines import Pieces, outlines_of
 from adc_bench.render.runs import regions
 from adc_bench.render.targets import Target, label_ids, targets_of
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID, PANEL_SIGNS, PanelSign
@@ -181,7 +181,7 @@ def test_a_whole_objects_outline_is_opencvs(targets: dict[str, Target], instance
         if (pixels < 0).any() or (pixels > (320, 240)).any():
             continue
         inverse = pose.inverse() @ target.pose_world_object
-        found = outlines_of([[inverse.transform(face) for face in target.faces]], camera)
+        found = outlines_of(Pieces.of([[inverse.transform(face) for face in target.faces]]), camera)
         assert found.truncations == pytest.approx([0.0], abs=1e-9)
         assert found.box_px(0) == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.1)
         assert found.box_whole_px(0) == found.box_px(0)
@@ -220,7 +220,7 @@ def test_an_object_at_the_picture_border_is_truncated_by_its_share_outside() -> 
         centre = np.array([320 - half + 2 * half * share, 120.0])
         corners_px = centre + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         corners = np.column_stack([(corners_px - middle) / camera.fx_px, np.ones(4)]) * 2.0
-        found = outlines_of([[corners]], camera)
+        found = outlines_of(Pieces.of([[corners]]), camera)
         assert found.truncations == pytest.approx([share])
         assert found.box_px(0) == pytest.approx((centre[0] - half, 100, 320, 140))
         assert found.box_whole_px(0) == pytest.approx((centre[0] - half, 100, centre[0] + half, 140))
@@ -246,7 +246,7 @@ def test_the_crosswalk_is_where_rays_through_the_pixels_meet_it(
 def test_an_object_through_the_camera_plane_is_cut_there() -> None:
     camera = camera_of()
     corners = np.array([[-0.5, 0.5, 2.0], [0.5, 0.5, 2.0], [0.5, 0.5, -1.0], [-0.5, 0.5, -1.0]])
-    found = outlines_of([[corners]], camera)
+    found = outlines_of(Pieces.of([[corners]]), camera)
     # a strip half a metre under the camera, 1 m wide: it ends 2 m ahead, and leaves the picture's foot 120 px to
     # either side of the middle, which lies 120 px over the foot
     horizon_px = 120 + camera.fy_px / 4
@@ -254,7 +254,7 @@ def test_an_object_through_the_camera_plane_is_cut_there() -> None:
     # one picture further down it is three times as wide there: 360 px to either side
     assert found.box_whole_px(0) == pytest.approx((-200.0, horizon_px, 520.0, 480.0))
     assert found.truncations[0] > 0.9
-    behind = outlines_of([[corners - [0, 0, 5]]], camera)
+    behind = outlines_of(Pieces.of([[corners - [0, 0, 5]]]), camera)
     assert behind.box_px(0) is None and behind.box_whole_px(0) is None and behind.truncations == [0.0]
 
 
@@ -397,7 +397,9 @@ def test_whole_boxes_follow_opencv_out_to_a_picture_beside_the_picture(
             or (np.abs(pixels - (160, 120)) > (480, 360)).any()
         ):
             continue
-        found = outlines_of([[(inverse @ target.pose_world_object).transform(face) for face in target.faces]], camera)
+        found = outlines_of(
+            Pieces.of([[(inverse @ target.pose_world_object).transform(face) for face in target.faces]]), camera
+        )
         assert found.box_whole_px(0) == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.5)
         compared += int((pixels < 0).any() or (pixels > (320, 240)).any())
 
@@ -407,7 +409,7 @@ def test_what_surrounds_the_camera_fills_picture_and_window(k1: float, k2: float
     """A plane that passes near the camera reaches behind it; a lens that folds shows it to where it folds."""
     camera = camera_of(k1, k2)
     floor = np.array([[-50.0, 0.2, -50.0], [50.0, 0.2, -50.0], [50.0, 0.2, 50.0], [-50.0, 0.2, 50.0]])
-    found = outlines_of([[floor]], camera)
+    found = outlines_of(Pieces.of([[floor]]), camera)
     x0, y0, x1, y1 = found.box_px(0) or (0, 0, 0, 0)
     assert (x0, x1, y1) == (0, 320, 240) and 119.9 < y0 < 122
     wx0, _, wx1, wy1 = found.box_whole_px(0) or (0, 0, 0, 0)
