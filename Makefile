@@ -2,8 +2,9 @@
 # make demo     render, train, drive, score, rank: everything once, into demo/
 # make test     the checks and the tests          make proofs   the long ones
 # make weights  train the weights that ship with the package       make bench   measure the README's figures
+# make dataset  the public dataset: 11,000 frames and 60 drives, checked, counted and shown, into build/dataset
 # make pictures draw the pictures of docs/arena.md
-.PHONY: setup demo test check proofs weights bench pictures lock
+.PHONY: setup demo test check proofs weights dataset bench pictures lock
 BIN := .venv/bin
 
 setup:
@@ -27,6 +28,9 @@ proofs: setup
 
 weights: setup
 	@sh scripts/weights.sh
+
+dataset: setup
+	@sh scripts/dataset.sh
 
 bench: setup
 	@sh scripts/bench.sh

@@ -21,7 +21,7 @@ WORDS = BITS // 64
 SIDE = 32
 LOWEST = np.argsort(np.add.outer(np.arange(SIDE), np.arange(SIDE)), axis=None, kind="stable")[1 : BITS + 1]
 NEAR_BITS = 8
-ROWS_AT_ONCE = 512
+PAIRS_AT_ONCE = 2**22
 
 
 def fingerprint(picture: NDArray[np.uint8]) -> Prints:
@@ -38,8 +38,9 @@ def near_pairs(first: Prints, second: Prints | None = None) -> Iterator[tuple[in
     Every pair is looked at: a third of a second for 10,000 pictures, and a hundred times that for ten times as many.
     """
     others = first if second is None else second
-    for start in range(0, len(first), ROWS_AT_ONCE):
-        block = first[start : start + ROWS_AT_ONCE]
+    rows_at_once = max(1, PAIRS_AT_ONCE // max(1, len(others)))
+    for start in range(0, len(first), rows_at_once):
+        block = first[start : start + rows_at_once]
         from_column = start if second is None else 0
         # One word of four tells most pairs apart.
         near = np.bitwise_count(block[:, None, 0] ^ others[None, from_column:, 0]) <= NEAR_BITS

@@ -12,7 +12,7 @@ import numpy as np
 from adc_bench.dataset.check.coco import coco_faults
 from adc_bench.dataset.check.fault import Fault
 from adc_bench.dataset.check.fingerprints import Prints, near_pairs
-from adc_bench.dataset.check.shard import ShardReport, check_shard
+from adc_bench.dataset.check.shard import ShardReport, check_shard, look_over
 from adc_bench.dataset.layout import ShardEntry
 from adc_bench.dataset.read import FrameDataset
 from adc_bench.errors import InputError
@@ -74,13 +74,14 @@ class _Check:
         yield from self._shared(prints, seeds)
 
     def _reports(self, dataset: FrameDataset) -> Iterator[tuple[ShardEntry, ShardReport]]:
-        """Check the shards in threads: reading, decoding and digests leave Python's lock."""
-        shards = dataset.manifest.shards
-        rows = self._sample if dataset is self._dataset else [frozenset[int]()] * len(shards)
+        """Read the shards in threads: reading, decoding and digests leave Python's lock."""
+        store, manifest = dataset.store, dataset.manifest
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            yield from zip(
-                shards, pool.map(partial(check_shard, dataset.store, dataset.manifest), shards, rows), strict=True
-            )
+            if dataset is self._dataset:
+                reports = pool.map(partial(check_shard, store, manifest), manifest.shards, self._sample)
+            else:
+                reports = pool.map(partial(look_over, store, manifest), manifest.shards)
+            yield from zip(manifest.shards, reports, strict=True)
 
     def _told(self, entry: ShardEntry, report: ShardReport) -> Iterator[str]:
         self._looked.frames += entry.frames

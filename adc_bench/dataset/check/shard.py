@@ -54,6 +54,18 @@ def check_shard(store: Store, manifest: Manifest, entry: ShardEntry, sample: fro
     return report
 
 
+def look_over(store: Store, manifest: Manifest, entry: ShardEntry) -> ShardReport:
+    """Return a shard's fingerprints and seeds alone.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    shard, report = Shard(store, entry.file, entry.frames), ShardReport()
+    report.prints = _look_at_pictures(shard, manifest, report.faults)
+    report.seeds = {scenario.seed for scenario in shard.scenarios.values()}
+    return report
+
+
 def _inside_faults(shard: Shard, manifest: Manifest) -> Iterator[Fault]:
     mount = manifest.cameras[0]
     yield from label_faults(shard.label_columns, (mount.width_px, mount.height_px))
