@@ -29,24 +29,24 @@ def labels_of(
     seen = Placed.of([target for target in targets if target.label_id in shown], pose_world_camera.inverse()).facing()
     whole = outlines_of(seen.pieces(), camera)
     keypoints = keypoints_of(ids, seen, whole.shapes_px, camera)
-    distances_m = np.linalg.norm(seen.middles(), axis=1)
+    distances_m = np.linalg.norm(seen.middles(), axis=1).tolist()
     small_px = VISIBLE_PX_MIN * (camera.width_px * camera.height_px) / (320 * 240)
     labels = []
     for k, target in enumerate(seen.targets):
         region = shown[target.label_id]
-        fraction = min(1.0, region.visible_px / max(float(whole.areas_px[k]), 1.0))
+        fraction = min(1.0, region.visible_px / max(whole.areas_px[k], 1.0))
         labels.append(
             Label(
                 category_id=target.category_id,
                 instance=target.instance,
                 box_px=region.box_px,
-                amodal_box_px=whole.box_px(k) or region.box_px,
-                amodal_box_whole_px=whole.box_whole_px(k) or region.box_px,
+                amodal_box_px=whole.boxes_px[k] or region.box_px,
+                amodal_box_whole_px=whole.boxes_whole_px[k] or region.box_px,
                 mask_rle=region.mask_rle,
                 visible_px=region.visible_px,
                 visible_fraction=fraction,
-                truncation=float(whole.truncations[k]),
-                distance_m=float(distances_m[k]),
+                truncation=whole.truncations[k],
+                distance_m=distances_m[k],
                 pose_world_object=target.figures,
                 keypoints_px=keypoints[k],
                 ignore=region.visible_px < small_px or fraction < VISIBLE_FRACTION_MIN,

@@ -55,30 +55,17 @@ class Outlines:
 
     Attributes:
         shapes_px: (n,) polygons of what lies in the picture, empty where nothing does.
-        boxes_px: (n, 4) around them, nan where nothing lies in the picture.
-        boxes_whole_px: (n, 4) around what lies in the picture or up to `AROUND` pictures beside it.
-        areas_px: (n,) of the shapes.
-        truncations: (n,) shares of the whole areas outside the picture.
+        areas_px: of the shapes; 0 too for a board seen along its plane.
+        truncations: shares of the whole areas outside the picture.
+        boxes_px: around the shapes; None for those without an area.
+        boxes_whole_px: around what lies in the picture or up to `AROUND` pictures beside it; None likewise.
     """
 
     shapes_px: Geometries
-    boxes_px: Array
-    boxes_whole_px: Array
-    areas_px: Array
-    truncations: Array
-
-    def box_px(self, k: int) -> BoxPx | None:
-        """Return an object's box in the picture, None if it has no area there (a board seen along its plane)."""
-        return _figures(self.boxes_px[k]) if self.areas_px[k] else None
-
-    def box_whole_px(self, k: int) -> BoxPx | None:
-        """Return the box of the whole object, None if it has no area in the picture."""
-        return _figures(self.boxes_whole_px[k]) if self.areas_px[k] else None
-
-
-def _figures(box_px: Array) -> BoxPx:
-    x0, y0, x1, y1 = box_px.tolist()
-    return x0, y0, x1, y1
+    areas_px: list[float]
+    truncations: list[float]
+    boxes_px: list[BoxPx | None]
+    boxes_whole_px: list[BoxPx | None]
 
 
 def outlines_of(pieces: Pieces, camera: Camera) -> Outlines:
@@ -94,16 +81,24 @@ def outlines_of(pieces: Pieces, camera: Camera) -> Outlines:
     areas = shapely.area(flat)
     shares = np.divide(shapely.area(inside), areas, out=np.ones(len(areas)), where=areas > 0)
     drawn = _behind_lens(np.concatenate([inside, beyond]), camera)
-    bounds = shapely.bounds(drawn)
-    whole = bounds[: len(inside)].copy()
-    whole[cut] = bounds[len(inside) :]
+    bounds, count = shapely.bounds(drawn), len(inside)
+    whole = bounds[:count].copy()
+    whole[cut] = bounds[count:]
+    areas_px = shapely.area(drawn[:count])
     return Outlines(
-        shapes_px=drawn[: len(inside)],
-        boxes_px=_within(bounds[: len(inside)], camera, 0.0),
-        boxes_whole_px=_within(whole, camera, AROUND),
-        areas_px=shapely.area(drawn[: len(inside)]),
-        truncations=np.maximum(1.0 - shares, 0.0),
+        shapes_px=drawn[:count],
+        areas_px=areas_px.tolist(),
+        truncations=np.maximum(1.0 - shares, 0.0).tolist(),
+        boxes_px=_boxes(bounds[:count], areas_px, camera, 0.0),
+        boxes_whole_px=_boxes(whole, areas_px, camera, AROUND),
     )
+
+
+def _boxes(bounds_px: Array, areas_px: Array, camera: Camera, around: float) -> list[BoxPx | None]:
+    """Return boxes without what sticks out because a border was undistorted and distorted again."""
+    size = np.array([camera.width_px, camera.height_px, camera.width_px, camera.height_px], dtype=np.float64)
+    within = np.clip(bounds_px, 0.0 - around * size, (1.0 + around) * size).tolist()
+    return [(x0, y0, x1, y1) if area else None for (x0, y0, x1, y1), area in zip(within, areas_px, strict=True)]
 
 
 def _cut(flat: Geometries, field: shapely.Polygon) -> tuple[Geometries, NDArray[np.bool_]]:
@@ -122,13 +117,6 @@ def _behind_lens(flat: Geometries, camera: Camera) -> Geometries:
         flat, lambda plane: camera.project(np.column_stack([plane, np.ones(len(plane))]))
     )
     return pixels
-
-
-def _within(boxes_px: Array, camera: Camera, around: float) -> Array:
-    """Return boxes without what sticks out because a border was undistorted and distorted again."""
-    size = np.array([camera.width_px, camera.height_px, camera.width_px, camera.height_px], dtype=np.float64)
-    within: Array = np.clip(boxes_px, 0.0 - around * size, (1.0 + around) * size)
-    return within
 
 
 @lru_cache(maxsize=32)

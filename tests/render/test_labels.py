@@ -183,8 +183,8 @@ def test_a_whole_objects_outline_is_opencvs(targets: dict[str, Target], instance
         inverse = pose.inverse() @ target.pose_world_object
         found = outlines_of(Pieces.of([[inverse.transform(face) for face in target.faces]]), camera)
         assert found.truncations == pytest.approx([0.0], abs=1e-9)
-        assert found.box_px(0) == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.1)
-        assert found.box_whole_px(0) == found.box_px(0)
+        assert found.boxes_px[0] == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.1)
+        assert found.boxes_whole_px[0] == found.boxes_px[0]
         compared += 1
 
 
@@ -222,8 +222,8 @@ def test_an_object_at_the_picture_border_is_truncated_by_its_share_outside() -> 
         corners = np.column_stack([(corners_px - middle) / camera.fx_px, np.ones(4)]) * 2.0
         found = outlines_of(Pieces.of([[corners]]), camera)
         assert found.truncations == pytest.approx([share])
-        assert found.box_px(0) == pytest.approx((centre[0] - half, 100, 320, 140))
-        assert found.box_whole_px(0) == pytest.approx((centre[0] - half, 100, centre[0] + half, 140))
+        assert found.boxes_px[0] == pytest.approx((centre[0] - half, 100, 320, 140))
+        assert found.boxes_whole_px[0] == pytest.approx((centre[0] - half, 100, centre[0] + half, 140))
 
 
 @pytest.mark.parametrize(("k1", "k2"), LENSES)
@@ -250,12 +250,12 @@ def test_an_object_through_the_camera_plane_is_cut_there() -> None:
     # a strip half a metre under the camera, 1 m wide: it ends 2 m ahead, and leaves the picture's foot 120 px to
     # either side of the middle, which lies 120 px over the foot
     horizon_px = 120 + camera.fy_px / 4
-    assert found.box_px(0) == pytest.approx((40.0, horizon_px, 280.0, 240.0))
+    assert found.boxes_px[0] == pytest.approx((40.0, horizon_px, 280.0, 240.0))
     # one picture further down it is three times as wide there: 360 px to either side
-    assert found.box_whole_px(0) == pytest.approx((-200.0, horizon_px, 520.0, 480.0))
+    assert found.boxes_whole_px[0] == pytest.approx((-200.0, horizon_px, 520.0, 480.0))
     assert found.truncations[0] > 0.9
     behind = outlines_of(Pieces.of([[corners - [0, 0, 5]]]), camera)
-    assert behind.box_px(0) is None and behind.box_whole_px(0) is None and behind.truncations == [0.0]
+    assert behind.boxes_px[0] is None and behind.boxes_whole_px[0] is None and behind.truncations == [0.0]
 
 
 @pytest.mark.parametrize("instance", ["sign_0", "sign_5", "sign_9", "panel_facing_west", "panel_facing_east"])
@@ -400,7 +400,7 @@ def test_whole_boxes_follow_opencv_out_to_a_picture_beside_the_picture(
         found = outlines_of(
             Pieces.of([[(inverse @ target.pose_world_object).transform(face) for face in target.faces]]), camera
         )
-        assert found.box_whole_px(0) == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.5)
+        assert found.boxes_whole_px[0] == pytest.approx((*pixels.min(axis=0), *pixels.max(axis=0)), abs=0.5)
         compared += int((pixels < 0).any() or (pixels > (320, 240)).any())
 
 
@@ -410,9 +410,9 @@ def test_what_surrounds_the_camera_fills_picture_and_window(k1: float, k2: float
     camera = camera_of(k1, k2)
     floor = np.array([[-50.0, 0.2, -50.0], [50.0, 0.2, -50.0], [50.0, 0.2, 50.0], [-50.0, 0.2, 50.0]])
     found = outlines_of(Pieces.of([[floor]]), camera)
-    x0, y0, x1, y1 = found.box_px(0) or (0, 0, 0, 0)
+    x0, y0, x1, y1 = found.boxes_px[0] or (0, 0, 0, 0)
     assert (x0, x1, y1) == (0, 320, 240) and 119.9 < y0 < 122
-    wx0, _, wx1, wy1 = found.box_whole_px(0) or (0, 0, 0, 0)
+    wx0, _, wx1, wy1 = found.boxes_whole_px[0] or (0, 0, 0, 0)
     if k2 or not k1:
         assert (wx0, wx1, wy1) == pytest.approx((-320, 640, 480), abs=1e-3)
     else:
