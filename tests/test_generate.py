@@ -55,8 +55,8 @@ def test_overwrite_replaces_a_dataset_and_spares_the_rest(tmp_path: Path) -> Non
 
 
 def test_more_frames_than_seeds_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="1 to 1600000 frames"):
-        render_split(VAL, tmp_path / "a", count=1_600_001)
+    with pytest.raises(UsageError, match="1 to 3200000 frames"):
+        render_split(VAL, tmp_path / "a", count=3_200_001)
     assert not (tmp_path / "a").exists()
 
 
