@@ -3,7 +3,7 @@
 # make test     the checks and the tests          make proofs   the long ones
 # make weights  train the weights that ship with the package       make bench   measure the README's figures
 # make dataset  the public dataset: 11,000 frames and 60 drives, checked, counted and shown, into build/dataset
-# make pictures draw the pictures of docs/arena.md
+# make pictures draw the pictures of docs/arena.md and docs/labels.md
 .PHONY: setup demo test check proofs weights dataset bench pictures lock
 BIN := .venv/bin
 
@@ -37,6 +37,7 @@ bench: setup
 
 pictures: setup
 	$(BIN)/python scripts/arena_pictures.py
+	$(BIN)/python scripts/label_picture.py
 
 lock:
 	sh scripts/lock.sh --upgrade
