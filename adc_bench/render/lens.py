@@ -25,6 +25,7 @@ class Warp:
         self._is_plain = camera == pinhole
         # Where each pixel comes from, u and v (2, h, w); OpenCV counts from the first pixel's centre.
         self._source = np.ascontiguousarray((source - 0.5).T.reshape(2, *u.shape), np.float32)
+        self._to_nearest: tuple[NDArray[np.intp], NDArray[np.float32]] | None = None
 
     def colour(self, picture: Picture, flow: Flow | None) -> Picture:
         """Return the picture (h, w, 4) behind the lens, blurred along the flow if there is one."""
@@ -44,15 +45,22 @@ class Warp:
         """
         if self._is_plain:
             return picture
-        nearest = np.rint(self._source).astype(np.intp)
-        (u, v), (by_u, by_v) = nearest, self._source - nearest
-        rows, columns = np.clip(v, 0, picture.shape[0] - 1), np.clip(u, 0, picture.shape[1] - 1)
-        slope_u, slope_v = _slope(picture, 1)[rows, columns], _slope(picture, 0)[rows, columns]
-        return np.asarray(picture[rows, columns] + by_u * slope_u + by_v * slope_v, np.float32)
+        index, (by_u, by_v) = self._nearest(picture.shape[0], picture.shape[1])
+        slope_u, slope_v = _slope(picture, 1).take(index), _slope(picture, 0).take(index)
+        return np.asarray(picture.take(index) + by_u * slope_u + by_v * slope_v, np.float32)
 
     def ids(self, ids: Picture) -> Picture:
         """Return label ids (h, w) behind the lens: each pixel's is its centre's."""
         return ids if self._is_plain else _remap(ids, self._source, cv2.INTER_NEAREST)
+
+    def _nearest(self, height: int, width: int) -> tuple[NDArray[np.intp], NDArray[np.float32]]:
+        """Return each pixel's nearest sample, counted row by row (h, w), and its way from there (2, h, w)."""
+        if self._to_nearest is None:
+            u, v = np.rint(self._source)
+            u, v = np.clip(u, 0, width - 1), np.clip(v, 0, height - 1)
+            away = np.asarray(self._source - np.stack([u, v]), np.float32)
+            self._to_nearest = v.astype(np.intp) * width + u.astype(np.intp), away
+        return self._to_nearest
 
     def _blurred(self, picture: Picture, flow: Flow) -> Picture:
         """Return the rows that blur: the mean of taps spread evenly over the exposure.
@@ -73,11 +81,11 @@ class Warp:
 
 def _slope(picture: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
     """Return the change (h, w) from pixel to pixel: the smaller one of both sides, none on a ridge."""
-    steps = np.diff(picture, axis=axis)
-    ends = [(1, 0) if k == axis else (0, 0) for k in range(2)]
-    before, after = np.pad(steps, ends, "edge"), np.pad(steps, [end[::-1] for end in ends], "edge")
-    smaller = np.where(np.abs(before) < np.abs(after), before, after)
-    return np.asarray(np.where(before * after > 0, smaller, 0), np.float32)
+    lines = picture if axis == 0 else picture.T
+    steps = lines[1:] - lines[:-1]
+    before, after = np.concatenate([steps[:1], steps]), np.concatenate([steps, steps[-1:]])
+    slope = np.maximum(np.minimum(before, after), 0) + np.minimum(np.maximum(before, after), 0)
+    return slope if axis == 0 else np.ascontiguousarray(slope.T)
 
 
 def _remap(picture: Picture, source: Sequence[MatLike] | MatLike, interpolation: int) -> Picture:
