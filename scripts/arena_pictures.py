@@ -1,4 +1,5 @@
-"""Draw the pictures of docs/arena.md: every element, the top view against the geometry, eight looks, a tunnel passage.
+"""Draw the pictures of docs/arena.md: every element, the drawings of signs in all styles, the top view against the
+geometry, eight looks, a tunnel passage.
 
 Usage: python scripts/arena_pictures.py [--out docs/pictures/arena]
 
@@ -17,12 +18,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from adc_bench.dataset import load_split
 from adc_bench.geometry import Camera, Pose2, Pose3
 from adc_bench.render import ArenaRenderer
+from adc_bench.render.artwork import panel_picture, sign_picture
 from adc_bench.render.exposure import follow
 from adc_bench.world.arena import ArenaSpec, Tunnel
+from adc_bench.world.categories import PANEL_SIGNS, SIGNS
 from adc_bench.world.course import COURSE_SETS, Course
-from adc_bench.world.look import LIGHT_LEVELS, Look, LookFamily, draw_look
+from adc_bench.world.look import ARTWORKS, LIGHT_LEVELS, Look, LookFamily, draw_look
 from adc_bench.world.picture import decode_picture
 from adc_bench.world.robot import ROBOTS, Motion
 from adc_bench.world.scenario import Scenario
@@ -42,6 +46,7 @@ FAMILY = LookFamily(
 CAMERA = Camera.from_hfov(width_px=480, height_px=360, hfov_rad=math.radians(65))
 START = Pose2(x_m=-0.65, y_m=-2.6125, yaw_rad=0.0)
 TILE_M, PIXEL_M, HEIGHT_M = 3.0, 0.005, 2.6
+SPLITS, GREY = ("train", "val", "test"), 96
 
 # Name of the picture: layout, where the camera is and where it looks (x, y, z in the world).
 VIEWS: dict[str, tuple[str, Point | None, Point | None]] = {
@@ -70,6 +75,7 @@ def main() -> None:
         write(out / f"{name}.jpg", element(renderer, *view))
     write(out / "looks.jpg", eight_looks(renderer))
     write(out / "signs_all.jpg", sign_sheet(renderer))
+    write(out / "artworks.jpg", artwork_sheet())
     for name in COURSE_SETS:
         top_view(renderer, name, out / f"top_{name}.jpg")
     exposure_line(renderer, out)
@@ -161,6 +167,30 @@ def sign_sheet(renderer: ArenaRenderer) -> Picture:
         )
     ordered = [cells[name] for name in sorted(cells)]
     return np.concatenate([np.concatenate(ordered[k : k + 6], axis=1) for k in (0, 6)], axis=0)
+
+
+def artwork_sheet() -> Picture:
+    """Return a row for each style of drawing: its name and the split that shows it, six panels, twelve signs."""
+    shown_in = {name: split for split in SPLITS for name in load_split(split).looks.artworks}
+    rows = []
+    for artwork in ARTWORKS:
+        panels = [panel_picture(sign, artwork) for sign in PANEL_SIGNS]
+        small = [cv2.resize(picture[..., :3], (112, 63), interpolation=cv2.INTER_AREA) for picture in panels]
+        left = np.concatenate([np.concatenate(small[k : k + 3], axis=1) for k in (0, 3)], axis=0)
+        signs = [on_grey(sign_picture(sign, artwork)) for sign in SIGNS]
+        right = np.concatenate([np.concatenate(signs[k : k + 6], axis=1) for k in (0, 6)], axis=0)
+        title = np.full((18, left.shape[1] + right.shape[1], 3), GREY, np.uint8)
+        label = f"{artwork} ({shown_in[artwork]})"
+        cv2.putText(title, label, (4, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 1, cv2.LINE_AA)
+        rows += [title, np.concatenate([left, right], axis=1)]
+    return np.concatenate(rows, axis=0)
+
+
+def on_grey(picture: Picture) -> Picture:
+    """Return a sign (h, w, 4) as 63 x 63 pixels on grey."""
+    share = picture[..., 3:] / 255.0
+    whole = np.round(picture[..., :3] * share + GREY * (1 - share)).astype(np.uint8)
+    return np.asarray(cv2.resize(whole, (63, 63), interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def tiles(course: Course) -> Iterator[tuple[float, float]]:
