@@ -102,14 +102,14 @@ class _Check:
     def _shared(self, prints: list[Prints], seeds: list[set[int]]) -> Iterator[str]:
         """Yield what the dataset has twice (drives may stand still), or shares with one of the others."""
         if self._dataset.manifest.kind == "frames":
-            for i, j, bits in near_pairs(prints[0]):
-                yield f"{self._place(i)} and {self._place(j)}: nearly the same picture ({bits} of 256 bits differ)"
+            for i, j in near_pairs(prints[0]):
+                yield f"{self._place(i)} and {self._place(j)}: nearly the same picture"
         for other, other_prints, other_seeds in zip(self._against, prints[1:], seeds[1:], strict=True):
             root = other.store.path("")
             if both := len(seeds[0] & other_seeds):
                 yield f"{root}: {both} of its scenarios have seeds of this dataset's"
-            for i, j, bits in near_pairs(prints[0], other_prints):
-                yield f"{self._place(i)}: nearly the same picture as {root} frame {j} ({bits} of 256 bits differ)"
+            for i, j in near_pairs(prints[0], other_prints):
+                yield f"{self._place(i)}: nearly the same picture as {root} frame {j}"
 
     def _place(self, i: int) -> str:
         return f"{self._dataset.file(i)} frame {i}"
