@@ -12,6 +12,7 @@ import pytest
 from adc_bench.dataset import FrameDataset, load_split, read
 from adc_bench.dataset.check import find_problems
 from adc_bench.dataset.layout import Manifest, to_toml
+from adc_bench.dataset.sampling import scenario_number
 from adc_bench.dataset.store import Store
 from adc_bench.dataset.write import begin
 from adc_bench.errors import InputError
@@ -28,6 +29,10 @@ def _refusal(root: Path) -> str:
     return str(caught.value)
 
 
+def _scenario(i: int) -> str:
+    return f"val-{scenario_number(load_split('val'), i):05d}"
+
+
 def test_frames_come_back(rendered: Path) -> None:
     dataset = FrameDataset(rendered)
     assert len(dataset) == 70 and list(dataset.image_ids) == list(range(70))
@@ -35,7 +40,7 @@ def test_frames_come_back(rendered: Path) -> None:
         picture = dataset.picture(i)
         assert picture.shape == (240, 320, 3) and picture.dtype == np.uint8
         assert dataset.camera(i) == ("road", "panel")[i % 2]
-        assert dataset.conditions(i).scenario == f"val-{i // 16:05d}" == dataset.scenario(i).name
+        assert dataset.conditions(i).scenario == _scenario(i) == dataset.scenario(i).name
         assert dataset.pose_world_camera(i).shape == (4, 4)
     with pytest.raises(IndexError):
         dataset.picture(70)
@@ -165,7 +170,7 @@ def test_memory_holds_the_shards_read_last(rendered: Path, monkeypatch: pytest.M
     monkeypatch.setattr(read, "FRAMES_IN_MEMORY", 64)
     dataset = FrameDataset(rendered)
     for i in (0, 63, 5, 64, 69, 0):
-        assert dataset.conditions(i).scenario == f"val-{i // 16:05d}"
+        assert dataset.conditions(i).scenario == _scenario(i)
     assert opened == ["shard-00000.h5", "shard-00001.h5", "shard-00000.h5"]
     opened.clear()
     assert len(dataset.jpeg(64)) > 1000 and not opened
