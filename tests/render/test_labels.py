@@ -9,6 +9,8 @@ import pycocotools.mask
 import pytest
 from numpy.typing import NDArray
 
+from adc_bench.dataset.sampling import draw_frame, draw_scenario
+from adc_bench.dataset.split import load_split
 from adc_bench.geometry import ROTATION_BODY_OPTICAL, Camera, Pose2, Pose3, rotation_zyx
 from adc_bench.render import ArenaRenderer
 from adc_bench.render.labels import labels_of
@@ -510,3 +512,43 @@ def test_a_post_before_the_crosswalk_lowers_its_visible_fraction_only(
     beside_post = Pose2(x_m=0.0, y_m=-3.75, yaw_rad=np.pi / 2).to_pose3()
     label = next(x for x in renderer.frame(0, "road", beside_post).labels if x.instance == "crosswalk")
     assert 0.5 < label.visible_fraction < 0.99
+
+
+def test_labels_of_drawn_arenas_hold_together(renderer: ArenaRenderer) -> None:
+    """Every layout of the training split: masks apart, boxes around them, within what whole objects may fill."""
+    split, seen = load_split("train"), 0
+    for number in range(1, 12, 2):
+        drawn = draw_scenario(split, number, renderer.rig)
+        renderer.load(drawn)
+        for index in range(number * split.frames_per_scenario, number * split.frames_per_scenario + 10):
+            plan = draw_frame(split, drawn, index)
+            frame = renderer.frame(index, plan.camera, plan.pose_world_robot, plan.motion)
+            taken = np.zeros((240, 320), np.bool_)
+            for label in frame.labels:
+                mask = pycocotools.mask.decode({"counts": label.mask_rle, "size": [240, 320]}).astype(bool)
+                assert not (taken & mask).any() and mask.sum() == label.visible_px > 0
+                taken |= mask
+                rows, columns = np.nonzero(mask)
+                assert label.box_px == (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
+                inwards = np.array([1, 1, -1, -1])
+                assert ((np.subtract(label.box_px, label.amodal_box_px) * inwards) > -2.0).all(), label.instance
+                assert ((np.subtract(label.amodal_box_px, label.amodal_box_whole_px) * inwards) > -0.01).all()
+                assert 0.0 < label.visible_fraction <= 1.0 and 0.0 <= label.truncation <= 1.0
+                assert label.ignore == (label.visible_px < 40 or label.visible_fraction < 0.2)
+                for u, v, state in label.keypoints_px:
+                    assert (0 <= u < 320 and 0 <= v < 240) if state else (u, v) == (0.0, 0.0)
+                seen += 1
+    assert seen > 90
+
+
+def test_a_far_cone_and_a_board_from_the_side_are_ignore_regions_in_a_real_picture(
+    renderer: ArenaRenderer, scenario: Scenario
+) -> None:
+    renderer.load(scenario)
+    far = Pose2(x_m=1.0, y_m=3.0, yaw_rad=0.0).to_pose3()  # 7 m before the cones
+    cones = [x for x in renderer.frame(0, "panel", far).labels if CATEGORIES[x.category_id - 1] == "cone"]
+    assert cones and all(label.ignore and label.visible_px < 40 for label in cones)
+    sign = scenario.signs[0]
+    beside = Pose2(x_m=sign.x_m, y_m=sign.y_m, yaw_rad=sign.yaw_rad) @ Pose2(x_m=0.035, y_m=1.2, yaw_rad=-np.pi / 2)
+    labels = [x for x in renderer.frame(0, "panel", beside.to_pose3()).labels if x.instance == sign.name]
+    assert all(label.ignore for label in labels)

@@ -77,10 +77,13 @@ def test_lines_are_the_courses_and_in_the_picture_where_opencv_puts_them(course:
 def test_no_stretch_is_left_out_or_ends_early() -> None:
     """Points every centimetre that OpenCV puts into the picture have a line point beside them."""
     course = Course()
+    dense = {
+        name: shapely.get_coordinates(line.interpolate(np.arange(0.0, line.length, 0.01)))
+        for name, line in drawn_lines(course).items()
+    }
     for camera, pose in looks(course):
         found = lane_lines_of(FLOOR, course, camera, pose)
-        for name, line in drawn_lines(course).items():
-            every_cm = shapely.get_coordinates(line.interpolate(np.arange(0.0, line.length, 0.01)))
+        for name, every_cm in dense.items():
             shown = every_cm[in_view(every_cm, camera, pose)]
             stretches = [shapely.LineString(x.points_world) for x in found if x.name == name]
             away = shapely.distance(shapely.MultiLineString(stretches), shapely.points(shown)) if len(shown) else [0.0]
