@@ -158,9 +158,12 @@ def arithmetic(
     yield "bytes of shards", *(f"{count * shards / 1e9:,.0f} GB" for count in LARGE)
     yield (
         f"shards of {manifest.frames_per_shard} frames",
-        *(f"{count // manifest.frames_per_shard:,}" for count in LARGE),
+        *(f"{-(-count // manifest.frames_per_shard):,}" for count in LARGE),
     )
-    yield "bytes of dataset.toml", *(f"{count * sizes[MANIFEST] / frames / 1e6:,.1f} MB" for count in LARGE)
+    plan_bytes = len(to_toml(manifest.plan))
+    entry_bytes = (sizes[MANIFEST] - plan_bytes) / manifest.shard_count
+    listed = [plan_bytes + entry_bytes * -(-count // manifest.frames_per_shard) for count in LARGE]
+    yield "bytes of dataset.toml", *(f"{size / 1e6:,.1f} MB" for size in listed)
     yield "bytes of one COCO file", *(f"{count * sizes[COCO] / frames / 1e9:,.1f} GB" for count in LARGE)
     hours = [count * step_s / frames / 3600 for count in LARGE]
     yield "hours of the last step, on one core, without COCO", *(f"{hour:,.2f}" for hour in hours)

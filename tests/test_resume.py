@@ -135,18 +135,28 @@ def test_a_worker_that_is_killed_is_replaced(small: Path, tmp_path: Path) -> Non
     assert _files(out) == _files(small)
 
 
-@pytest.mark.parametrize("workers", [pytest.param("1", marks=pytest.mark.slow), "2"])
-def test_ctrl_c_leaves_nothing_half_written(small: Path, tmp_path: Path, workers: str) -> None:
+CUT_OFF = [
+    ("--workers", "2"),
+    *(pytest.param(w, marks=pytest.mark.slow) for w in (("--workers", "1"), ("--engine", "ray"))),
+]
+
+
+@pytest.mark.parametrize("words", CUT_OFF, ids=" ".join)
+def test_ctrl_c_leaves_nothing_half_written(
+    small: Path, tmp_path: Path, words: tuple[str, str], request: pytest.FixtureRequest
+) -> None:
+    if "ray" in words:
+        request.getfixturevalue("ray_cluster")
     out = tmp_path / "a"
-    run = _start(out, "--workers", workers)
+    run = _start(out, *words)
     _wait_for_shards(run, out, 2)
     os.killpg(run.pid, signal.SIGINT)
-    assert run.communicate(timeout=30) == ("", "") and run.returncode == 130
+    assert run.communicate(timeout=60) == ("", "") and run.returncode == 130
     whole = _files(small)
     for name, data in _files(out).items():
         if name != "dataset.toml" and not name.startswith("receipts/"):
             assert whole[name] == data
-    _finish(_start(out, "--workers", workers))
+    _finish(_start(out, *words))
     assert _files(out) == whole
 
 

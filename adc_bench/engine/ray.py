@@ -46,7 +46,7 @@ class _Flight:
 
     def __exit__(self, *_: object) -> None:
         for reference in self.tasks:
-            self._ray.cancel(reference, force=True)
+            self._ray.cancel(reference)  # as Ctrl-C in the worker, which cleans up after itself
         if self.tasks:
             self._ray.wait(list(self.tasks), num_returns=len(self.tasks), timeout=CANCEL_S)
 
