@@ -10,12 +10,14 @@ import pytest
 
 from adc_bench.dataset import FrameDataset, Split, load_split
 from adc_bench.dataset.drives import DriveDataset
+from adc_bench.dataset.driving.plan import draw_drive
 from adc_bench.errors import InputError
 from adc_bench.generate import render_split
-from adc_bench.generate.drives import render_drive
-from adc_bench.generate.plan import ShardTask, plan_dataset
+from adc_bench.generate.drives import render_drive, simulate
+from adc_bench.generate.plan import ShardTask, plan_dataset, plan_renderer
 from adc_bench.geometry import Pose3
 from adc_bench.world.categories import CATEGORY_ID
+from adc_bench.world.sensors import SensorRig
 
 SIZE = (160, 120)
 
@@ -66,6 +68,23 @@ def test_pictures_come_at_the_cameras_own_periods_and_show_where_the_robot_was(d
                 robot = Pose3.from_figures(log.truth["pose_world_robot"][row])
                 wanted = robot @ mount.pose_robot_camera(truth.camera_pitch_rad, truth.camera_roll_rad)
                 np.testing.assert_allclose(drives.frames.pose_world_camera(i), wanted.matrix(), atol=1e-6)
+
+
+def test_pictures_are_those_that_a_submission_would_get(drives: DriveDataset) -> None:
+    """Taken one after the other by the renderer of driving, with no labels between."""
+    scenario, plan = draw_drive(VAL, 0, SensorRig(cameras=drives.frames.manifest.cameras))
+    renderer = plan_renderer(drives.frames.manifest)
+    renderer.load(scenario)
+    rows = [row for row in simulate(scenario, plan).rows if row.step < 24]
+    wanted = []
+    for row in rows:
+        renderer.set_panel(row.sign)
+        renderer.place(row.bodies, row.torn)
+        for mount in renderer.rig.cameras:
+            if row.step % mount.period_steps == 0:
+                pose = row.pose_world_robot
+                wanted.append(renderer.picture(mount.name, pose, time_s=row.time_s, motion=row.motion))
+    assert [drives.frames.jpeg(i) for i in range(len(wanted))] == wanted
 
 
 def test_a_late_camera_delivers_only_what_arrives_in_time(root: Path, tmp_path: Path) -> None:

@@ -13,13 +13,15 @@ from adc_bench.dataset.driving.driver import CONTROL_PERIOD_S, begin, drive, is_
 from adc_bench.dataset.driving.plan import DrivePlan, draw_drive
 from adc_bench.dataset.shard import put_frames
 from adc_bench.generate.drive_columns import Delivered, Row, log_of
+from adc_bench.generate.frames import one_thread
 from adc_bench.generate.plan import ShardTask, plan_renderer
 from adc_bench.render import ArenaRenderer
+from adc_bench.render.renderer import Shot
 from adc_bench.sim import Simulation
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
-from adc_bench.world.sensors import SensorRig
+from adc_bench.world.sensors import CameraMount, SensorRig
 
 REST_STEPS = 30  # after the last leg, and after a contact
 SAME_S = 1e-9
@@ -42,7 +44,8 @@ def render_drive(task: ShardTask) -> tuple[bytes, int]:
     rig = SensorRig(cameras=task.plan.cameras)
     scenario, plan = draw_drive(task.plan.split, task.number, rig, task.salt)
     simulated = simulate(scenario, plan)
-    shots = list(take_pictures(plan_renderer(task.plan), scenario, simulated.rows))
+    with one_thread():
+        shots = list(take_pictures(plan_renderer(task.plan), scenario, simulated.rows))
     buffer = io.BytesIO()
     with h5py.File(buffer, "w") as file:
         put_frames(file, [shot.frame for shot in shots], [mount.name for mount in rig.cameras], [scenario])
@@ -71,19 +74,34 @@ def simulate(scenario: Scenario, plan: DrivePlan) -> Simulated:
 
 
 def take_pictures(renderer: ArenaRenderer, scenario: Scenario, rows: Sequence[Row]) -> Iterator[Delivered]:
-    """Yield the pictures that arrive before the drive is over, in the order in which they were taken."""
+    """Yield the pictures that arrive before the drive is over, in the order in which they are taken; each is finished
+    while the next one is drawn.
+    """
     renderer.load(scenario)
-    taken = 0
+    before: tuple[float, float, Shot] | None = None
+    for taken, (row, mount) in enumerate(_due(renderer.rig, rows)):
+        renderer.set_panel(row.sign)
+        renderer.place(row.bodies, row.torn)
+        shot = renderer.shoot_next(taken, mount.name, row.pose_world_robot, time_s=row.time_s, motion=row.motion)
+        if before:
+            yield _delivered(renderer, *before)
+        shot.read()
+        before = row.time_s, mount.latency_s, shot
+    if before:
+        yield _delivered(renderer, *before)
+
+
+def _due(rig: SensorRig, rows: Sequence[Row]) -> Iterator[tuple[Row, CameraMount]]:
+    """Yield the steps at which cameras take pictures that arrive in time, camera by camera."""
     for row in rows:
-        due = [mount for mount in renderer.rig.cameras if row.step % mount.period_steps == 0]
-        due = [mount for mount in due if row.time_s + mount.latency_s <= rows[-1].time_s + SAME_S]
-        if due:
-            renderer.set_panel(row.sign)
-            renderer.place(row.bodies, row.torn)
-        for mount in due:
-            frame = renderer.drive_frame(taken, mount.name, row.pose_world_robot, time_s=row.time_s, motion=row.motion)
-            taken += 1
-            yield Delivered(time_s=row.time_s, arrival_time_s=row.time_s + mount.latency_s, frame=frame)
+        for mount in rig.cameras:
+            is_turn = row.step % mount.period_steps == 0
+            if is_turn and row.time_s + mount.latency_s <= rows[-1].time_s + SAME_S:
+                yield row, mount
+
+
+def _delivered(renderer: ArenaRenderer, time_s: float, latency_s: float, shot: Shot) -> Delivered:
+    return Delivered(time_s=time_s, arrival_time_s=time_s + latency_s, frame=renderer.finish(shot))
 
 
 def _observe(simulation: Simulation, sign: PanelSign) -> Row:

@@ -174,7 +174,7 @@ class ArenaRenderer:
         The n-th of a scenario's camera always has the same noise. The camera's exposure follows from picture to
         picture; the first has settled.
         """
-        shot = self._next_shot(0, camera_name, pose_world_robot, time_s, motion)
+        shot = self.shoot_next(0, camera_name, pose_world_robot, time_s=time_s, motion=motion)
         shot.read()
         return _developed(shot).file
 
@@ -182,7 +182,7 @@ class ArenaRenderer:
         self, index: int, camera_name: str, pose_world_robot: Pose3, *, time_s: float, motion: Motion = STILL
     ) -> Frame:
         """Return what `picture` delivers, byte for byte, with its truth; `index` only numbers the frame."""
-        shot = self._next_shot(index, camera_name, pose_world_robot, time_s, motion)
+        shot = self.shoot_next(index, camera_name, pose_world_robot, time_s=time_s, motion=motion)
         shot.read()
         return self.finish(shot)
 
@@ -200,6 +200,17 @@ class ArenaRenderer:
         camera = self._cameras[camera_name]
         exposure = self._exposure_on_the_way(camera, pose_world_robot, motion)
         return self._shoot((index, index), camera, pose_world_robot, exposure, motion)
+
+    def shoot_next(
+        self, index: int, camera_name: str, pose_world_robot: Pose3, *, time_s: float, motion: Motion = STILL
+    ) -> Shot:
+        """Begin a `drive_frame`, as `shoot` a `frame`: the camera's exposure follows from the picture before."""
+        camera, wanted = self._cameras[camera_name], self.exposure(pose_world_robot)
+        lag_s = camera.mount.imaging.exposure_lag_s
+        now = self._metered[camera_name] = follow(self._metered.get(camera_name), wanted, time_s, lag_s)
+        number = self._taken[camera_name]
+        self._taken[camera_name] += 1
+        return self._shoot((index, number), camera, pose_world_robot, now.exposure, motion)
 
     def objects_in_view(self, camera_name: str, pose_world_robot: Pose3) -> tuple[SeenObject, ...]:
         """Return what the semantic camera says: the labelled objects that the camera has in view, and where they are.
@@ -269,15 +280,6 @@ class ArenaRenderer:
             motion=motion,
             exposure=exposure,
         )
-
-    def _next_shot(self, index: int, camera_name: str, pose_world_robot: Pose3, time_s: float, motion: Motion) -> Shot:
-        """Begin a drive's next picture with a camera, its exposure following from the one before."""
-        camera, wanted = self._cameras[camera_name], self.exposure(pose_world_robot)
-        lag_s = camera.mount.imaging.exposure_lag_s
-        now = self._metered[camera_name] = follow(self._metered.get(camera_name), wanted, time_s, lag_s)
-        number = self._taken[camera_name]
-        self._taken[camera_name] += 1
-        return self._shoot((index, number), camera, pose_world_robot, now.exposure, motion)
 
     def finish(self, shot: Shot) -> Frame:
         """Return the picture of a shot that has been read, with its truth."""
