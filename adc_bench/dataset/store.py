@@ -13,6 +13,7 @@ from adc_bench.errors import AdcBenchError, InputError, MachineError
 
 _LOCAL_SCHEMES = ("file://", "local://")
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_NO_FOLDER = (errno.EEXIST, errno.ENOTDIR)
 _FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 
@@ -196,4 +197,6 @@ def _unwritable(where: str, error: OSError) -> AdcBenchError:
     if error.errno in _FORBIDDEN:
         todo = "choose another folder, or give yourself the right to write there"
         return MachineError(where=where, found=found, wanted="permission to write there", todo=todo)
+    if error.errno in _NO_FOLDER:
+        found = "a file where a folder should be"
     return InputError(where=where, found=found, wanted="a folder to write to", todo="choose another folder")

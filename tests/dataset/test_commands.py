@@ -24,10 +24,10 @@ def _run(*words: str | Path) -> str:
 
 def test_render_check_preview(tmp_path: Path) -> None:
     out = tmp_path / "val"
-    told = _run(*RENDER, "--frames", "20", "--workers", "1", "--out", out)
-    assert "20 frames of 2 scenarios" in told and "panel 10, road 10" in told and "dark 16, dim 4" in told
-    assert json.loads(_run(*RENDER, "--frames", "20", "--out", out, "--json"))["frames"] == 20
-    assert "20 frames and" in _run("dataset", "check", out)
+    told = _run(*RENDER, "--frames", "40", "--workers", "1", "--out", out)
+    assert "40 frames of 2 scenarios" in told and "panel 20, road 20" in told and "dark 32, dim 8" in told
+    assert json.loads(_run(*RENDER, "--frames", "40", "--out", out, "--json"))["frames"] == 40
+    assert "40 frames and" in _run("dataset", "check", out)
     assert json.loads(_run("dataset", "check", out, "--json"))["problems"] == []
     _run("dataset", "preview", out, "--out", tmp_path / "sheet.png")
     assert cv2.imread(str(tmp_path / "sheet.png")).shape == (5 * 72, 6 * 96, 3)
@@ -41,7 +41,7 @@ def test_sizes_that_are_none(tmp_path: Path, size: str) -> None:
 
 def test_a_place_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("a file")
-    with pytest.raises(InputError, match="a file"):
+    with pytest.raises(InputError, match="a file where a folder should be"):
         _run(*RENDER, "--frames", "2", "--out", tmp_path / "file")
     with pytest.raises(InputError, match="a folder to write to"):
         _run(*RENDER, "--frames", "2", "--out", tmp_path / "file" / "below")
@@ -58,7 +58,7 @@ def test_check_counts_the_problems(folder: Path) -> None:
 
 def test_ctrl_c_leaves_nothing_half_written(tmp_path: Path) -> None:
     command = "from adc_bench.cli.main import main; main()"
-    words = [*RENDER, "--frames", "256", "--workers", "2", "--out", str(tmp_path / "a")]
+    words = [*RENDER, "--frames", "256", "--frames-per-shard", "32", "--workers", "2", "--out", str(tmp_path / "a")]
     process = subprocess.Popen([sys.executable, "-c", command, *words], stderr=subprocess.PIPE, start_new_session=True)
     while not list(tmp_path.glob("a/shard-*.h5")):
         assert process.poll() is None
