@@ -67,7 +67,8 @@ def lane_lines_of(
         return ()
     points_world = np.concatenate([points for _, points in found])
     points_px = look.pixels(points_world)
-    columns, rows = points_px.astype(np.int64).T
+    # a stretch's end may be rounded onto the picture's border
+    columns, rows = np.minimum(points_px.astype(np.int64), (camera.width_px - 1, camera.height_px - 1)).T
     visible = _IS_FLOOR[ids[rows, columns]]
     borders = np.cumsum([len(points) for _, points in found])[:-1]
     arrays = (points_px.astype(np.float32), points_world.astype(np.float32), visible)
