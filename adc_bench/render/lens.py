@@ -31,23 +31,18 @@ class Warp:
         """Return the picture (h, w, 4) behind the lens, blurred along the flow if there is one."""
         if flow is None:
             return picture if self._is_plain else _remap(picture, self._source, cv2.INTER_LINEAR)
-        delivered = np.empty((*self._source.shape[1:], 4), np.uint8)
-        delivered[flow.rows] = self._blurred(picture, flow)
-        for rows in (slice(0, flow.rows.start), slice(flow.rows.stop, len(delivered))):
-            if rows.start < rows.stop:
-                delivered[rows] = _remap(picture, self._source[:, rows], cv2.INTER_LINEAR)
+        delivered, done = np.empty((*self._source.shape[1:], 4), np.uint8), 0
+        for rows, longest_px in flow.bands:
+            self._fill_sharp(picture, delivered, slice(done, rows.start))
+            delivered[rows] = self._blurred(picture, flow.shift_px[:, rows], rows, longest_px)
+            done = rows.stop
+        self._fill_sharp(picture, delivered, slice(done, len(delivered)))
         return delivered
 
-    def affine(self, picture: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return a picture (h, w) that is affine on every flat surface, as inverse depth is, behind the lens.
-
-        A pixel's value is its nearest sample, moved to its centre along the surface's slope: no two surfaces mix.
-        """
-        if self._is_plain:
-            return picture
-        index, (by_u, by_v) = self._nearest(picture.shape[0], picture.shape[1])
-        slope_u, slope_v = _slope(picture, 1).take(index), _slope(picture, 0).take(index)
-        return np.asarray(picture.take(index) + by_u * slope_u + by_v * slope_v, np.float32)
+    def _fill_sharp(self, picture: Picture, delivered: Picture, rows: slice) -> None:
+        """Fill in rows that do not blur."""
+        if rows.start < rows.stop:
+            delivered[rows] = _remap(picture, self._source[:, rows], cv2.INTER_LINEAR)
 
     def ids(self, ids: Picture) -> Picture:
         """Return label ids (h, w) behind the lens: each pixel's is its centre's."""
@@ -62,14 +57,14 @@ class Warp:
             self._to_nearest = v.astype(np.intp) * width + u.astype(np.intp), away
         return self._to_nearest
 
-    def _blurred(self, picture: Picture, flow: Flow) -> Picture:
-        """Return the rows that blur: the mean of taps spread evenly over the exposure.
+    def _blurred(self, picture: Picture, shift: NDArray[np.float32], rows: slice, longest_px: float) -> Picture:
+        """Return rows that blur: the mean of taps spread evenly over the exposure.
 
         Light adds up in squares of the picture's values: gamma 2 in place of 2.2, near enough for a mean.
         """
-        source, shift = self._source[:, flow.rows], flow.shift_px[:, flow.rows]
+        source = self._source[:, rows]
         _, height, width = source.shape
-        taps = min(TAPS_MAX, math.ceil(flow.longest_px / (TAP_STEP * width)) + 1)
+        taps = min(TAPS_MAX, math.ceil(longest_px / (TAP_STEP * width)) + 1)
         total = np.zeros((height, width * 4), np.float32)
         for k in range(taps):
             time = (k + 0.5) / taps - 0.5

@@ -18,6 +18,7 @@ from adc_bench.world.robot import Motion
 FAR_M = 6.0
 CELL_PX = 16  # the flow is computed once in so many pixels each way
 SHARP_PX = 0.7  # rows that move less are left as they are
+BANDS = 6  # of rows, each blurred as finely as what moves furthest in it asks for
 Array = NDArray[np.float64]
 
 
@@ -25,14 +26,13 @@ Array = NDArray[np.float64]
 class Flow:
     """How a picture moves over one exposure.
 
-    `shift_px` (2, h, w), u and v, is in pixels of the pinhole picture; `mean_px` and `longest_px` are lengths in pixels
-    of the delivered one; `rows` are those that blur.
+    `shift_px` (2, h, w), u and v, is in pixels of the pinhole picture; `mean_px` is a length in pixels of the delivered
+    one; `bands` are rows of it with the longest length in each, those that blur.
     """
 
     shift_px: NDArray[np.float32]
     mean_px: float
-    longest_px: float
-    rows: slice
+    bands: tuple[tuple[slice, float], ...]
 
 
 class MotionBlur:
@@ -70,19 +70,20 @@ class MotionBlur:
 
     def _flow(self, first: Array, last: Array) -> Flow | None:
         lengths = np.hypot(*(self._camera.project(last) - self._camera.project(first)).T).reshape(self._rows, -1)
-        mean_px, longest_px = float(lengths.mean()), float(lengths.max())
-        if longest_px < SHARP_PX:
+        if lengths.max() < SHARP_PX:
             return None
         shift = (self._pinhole.project(last) - self._pinhole.project(first)).astype(np.float32).T
         coarse = shift.reshape(2, self._rows, self._columns)
         size = (self._camera.width_px, self._camera.height_px)
-        blurs = np.flatnonzero(lengths.max(axis=1) > SHARP_PX)
         cell = self._camera.height_px / self._rows
+        bands = [
+            (slice(round(rows[0] * cell), round((rows[-1] + 1) * cell)), float(lengths[rows].max()))
+            for rows in np.array_split(np.arange(self._rows), min(BANDS, self._rows))
+        ]
         return Flow(
             shift_px=np.array([cv2.resize(plane, size) for plane in coarse], np.float32),
-            mean_px=mean_px,
-            longest_px=longest_px,
-            rows=slice(round(blurs[0] * cell), round((blurs[-1] + 1) * cell)),
+            mean_px=float(lengths.mean()),
+            bands=tuple((rows, longest_px) for rows, longest_px in bands if longest_px > SHARP_PX),
         )
 
 
