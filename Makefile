@@ -38,6 +38,7 @@ bench: setup
 pictures: setup
 	$(BIN)/python scripts/arena_pictures.py
 	$(BIN)/python scripts/label_picture.py
+	$(BIN)/python scripts/mask_picture.py
 
 lock:
 	sh scripts/lock.sh --upgrade

@@ -15,6 +15,7 @@ from adc_bench.world.categories import PanelSign
 WIDTH_PX, HEIGHT_PX = 256, 144  # 16:9, the panel's screen
 QUARTER_TURNS = {"up": 0, "left": 1, "right": 3}
 CELLS = 4
+UNLIT = (0, 0, 0)
 CHEQUER_BLUE = 42  # in the chequer's green, beyond that of the arrows
 
 
@@ -22,7 +23,7 @@ CHEQUER_BLUE = 42  # in the chequer's green, beyond that of the arrows
 def panel_picture(sign: PanelSign, artwork: str) -> NDArray[np.uint8]:
     """Return the picture (144, 256, 4) uint8 RGBA that a panel shows for the sign, in a style of `STYLES`."""
     style = STYLES[artwork]
-    screen = Canvas(WIDTH_PX, HEIGHT_PX, style.unlit)
+    screen = Canvas(WIDTH_PX, HEIGHT_PX, UNLIT)
     if sign in QUARTER_TURNS:
         _draw_arrow(screen, style, QUARTER_TURNS[sign])
     elif sign == "stop":

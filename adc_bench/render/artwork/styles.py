@@ -26,6 +26,8 @@ class Style(msgspec.Struct, frozen=True, kw_only=True):
         panel: size of what a panel shows, of the standard's.
         square_ends: whether a panel's strokes end square, not round.
         chequer: width and height of the chequer, of the panel's height.
+        lit_green, lit_red, lit_yellow: linear light with nothing of the other colours: in the dark, where a camera
+            exposes for the floor, a hundredth of them would wash a sign out.
     """
 
     weight: float = 1.0
@@ -46,7 +48,6 @@ class Style(msgspec.Struct, frozen=True, kw_only=True):
     lit_green: Colour = (0, 255, 0)
     lit_red: Colour = (255, 0, 0)
     lit_yellow: Colour = (255, 255, 0)
-    unlit: Colour = (0, 0, 0)
 
 
 STYLES: Mapping[str, Style] = {
@@ -62,10 +63,9 @@ STYLES: Mapping[str, Style] = {
         black=(22, 22, 24),
         panel=1.12,
         chequer=(1.15, 0.96),
-        lit_green=(20, 235, 40),
-        lit_red=(255, 36, 20),
-        lit_yellow=(255, 226, 0),
-        unlit=(6, 6, 8),
+        lit_green=(0, 230, 0),
+        lit_red=(255, 0, 0),
+        lit_yellow=(255, 214, 0),
     ),
     "slim": Style(
         weight=0.72,
@@ -79,8 +79,9 @@ STYLES: Mapping[str, Style] = {
         panel=0.92,
         square_ends=True,
         chequer=(1.0, 0.86),
-        lit_green=(0, 240, 90),
-        lit_yellow=(246, 255, 30),
+        lit_green=(0, 240, 0),
+        lit_red=(236, 0, 0),
+        lit_yellow=(236, 255, 0),
     ),
     "barbed": Style(
         weight=0.88,
@@ -97,9 +98,9 @@ STYLES: Mapping[str, Style] = {
         black=(34, 34, 36),
         square_ends=True,
         chequer=(1.3, 1.0),
-        lit_green=(60, 255, 60),
-        lit_red=(235, 0, 24),
-        lit_yellow=(255, 238, 60),
+        lit_green=(0, 250, 0),
+        lit_red=(215, 0, 0),
+        lit_yellow=(255, 236, 0),
     ),
     # validation
     "tall": Style(
@@ -115,9 +116,9 @@ STYLES: Mapping[str, Style] = {
         panel=1.05,
         square_ends=True,
         chequer=(0.86, 0.95),
-        lit_green=(10, 250, 20),
-        lit_red=(255, 20, 40),
-        lit_yellow=(250, 240, 0),
+        lit_green=(0, 255, 0),
+        lit_red=(245, 0, 0),
+        lit_yellow=(245, 240, 0),
     ),
     "enamel": Style(
         weight=1.12,
@@ -133,10 +134,9 @@ STYLES: Mapping[str, Style] = {
         black=(18, 18, 20),
         panel=0.88,
         chequer=(1.2, 0.9),
-        lit_green=(30, 224, 60),
-        lit_red=(240, 30, 10),
-        lit_yellow=(255, 214, 20),
-        unlit=(10, 10, 12),
+        lit_green=(0, 205, 0),
+        lit_red=(230, 0, 0),
+        lit_yellow=(250, 196, 0),
     ),
     # test
     "broad": Style(
@@ -151,9 +151,9 @@ STYLES: Mapping[str, Style] = {
         white=(252, 252, 250),
         panel=1.08,
         chequer=(1.4, 0.92),
-        lit_green=(0, 255, 50),
-        lit_red=(250, 10, 0),
-        lit_yellow=(255, 248, 40),
+        lit_green=(0, 245, 0),
+        lit_red=(250, 0, 0),
+        lit_yellow=(255, 248, 0),
     ),
     "weathered": Style(
         weight=0.82,
@@ -170,10 +170,9 @@ STYLES: Mapping[str, Style] = {
         panel=0.84,
         square_ends=True,
         chequer=(0.95, 0.84),
-        lit_green=(40, 228, 30),
-        lit_red=(238, 40, 36),
-        lit_yellow=(244, 232, 20),
-        unlit=(8, 8, 9),
+        lit_green=(0, 190, 0),
+        lit_red=(205, 0, 0),
+        lit_yellow=(215, 190, 0),
     ),
     "stout": Style(
         weight=1.3,
@@ -187,8 +186,8 @@ STYLES: Mapping[str, Style] = {
         black=(8, 8, 10),
         panel=0.98,
         chequer=(1.08, 1.0),
-        lit_green=(10, 245, 70),
-        lit_red=(255, 28, 28),
-        lit_yellow=(255, 234, 10),
+        lit_green=(0, 236, 0),
+        lit_red=(255, 0, 0),
+        lit_yellow=(255, 226, 0),
     ),
 }
