@@ -44,6 +44,17 @@ class Warp:
         if rows.start < rows.stop:
             delivered[rows] = _remap(picture, self._source[:, rows], cv2.INTER_LINEAR)
 
+    def affine(self, picture: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return a picture (h, w) that is affine on every flat surface, as inverse depth is, behind the lens.
+
+        A pixel's value is its nearest sample, moved to its centre along the surface's slope: no two surfaces mix.
+        """
+        if self._is_plain:
+            return picture
+        index, (by_u, by_v) = self._nearest(picture.shape[0], picture.shape[1])
+        slope_u, slope_v = _slope(picture, 1).take(index), _slope(picture, 0).take(index)
+        return np.asarray(picture.take(index) + by_u * slope_u + by_v * slope_v, np.float32)
+
     def ids(self, ids: Picture) -> Picture:
         """Return label ids (h, w) behind the lens: each pixel's is its centre's."""
         return ids if self._is_plain else _remap(ids, self._source, cv2.INTER_NEAREST)
