@@ -8,7 +8,7 @@ import typer
 
 def detector(
     weights: Annotated[Path, typer.Argument(help="A weights file of `train-detector`.")],
-    data: Annotated[Path, typer.Option(help="The dataset to score on.")],
+    data: Annotated[str, typer.Option(help="The dataset to score on: its folder or address.")],
     out: Annotated[Path, typer.Option(help="The JSON file to write.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:

@@ -12,8 +12,8 @@ Device = Literal["auto", "cpu", "cuda"]
 
 
 def train_detector(
-    train: Annotated[Path, typer.Option(help="The dataset to learn from.")],
-    val: Annotated[Path, typer.Option(help="The dataset to choose the best epoch by; nothing is learned from it.")],
+    train: Annotated[str, typer.Option(help="The dataset to learn from: its folder or address.")],
+    val: Annotated[str, typer.Option(help="The dataset to choose the best epoch by; nothing is learned from it.")],
     out: Annotated[Path, typer.Option(help="The run's folder: weights, checkpoint, metrics, figures.")],
     epochs: Annotated[int | None, typer.Option(min=1, help="How many epochs; the recipe's if left out.")] = None,
     config: Annotated[Path | None, typer.Option(help="A recipe in TOML; the demo's if left out.")] = None,
