@@ -56,9 +56,13 @@ def test_kinds_have_different_colours() -> None:
 
 
 def test_the_sheet_has_a_row_for_each_light_level_and_the_tunnel(rendered: Path) -> None:
-    sheet = contact_sheet(FrameDataset(rendered), per_camera=2)
+    dataset = FrameDataset(rendered)
+    sheet = contact_sheet(dataset, per_camera=2)
     assert sheet.shape == (5 * 240, 4 * 320, 3)
-    assert all(sheet[240 * row : 240 * (row + 1), :320].any() for row in range(4))
+    found = [dataset.conditions(i) for i in range(len(dataset)) if dataset.camera(i) == "road"]
+    kinds = {"tunnel" if one.in_tunnel else one.light_level for one in found}
+    for row, kind in enumerate(("dark", "dim", "normal", "bright", "tunnel")):
+        assert sheet[240 * row : 240 * (row + 1), :320].any() == (kind in kinds)
 
 
 def test_pictures_are_spread_over_all_kinds(rendered: Path) -> None:

@@ -17,6 +17,7 @@ from adc_bench.world.solids import Solid
 Array = NDArray[np.float64]
 NEAR_M = 0.05
 EDGE_POINTS = 24
+FAR = 4.0  # half pictures from the axis, beyond which an outline is cut
 CIRCLE = np.stack([np.cos(np.arange(64) * np.pi / 32), np.sin(np.arange(64) * np.pi / 32)], axis=1) / 2
 SQUARE = np.array([(-0.5, 0.5), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)])  # from the top left clockwise, x right, y up
 
@@ -74,6 +75,7 @@ class View:
         focal_px = mount.width_px / 2 / np.tan(mount.hfov_rad / 2)
         self.size_px = np.array([mount.width_px, mount.height_px], dtype=np.float64)
         self._matrix = np.array([[focal_px, 0, self.size_px[0] / 2], [0, focal_px, self.size_px[1] / 2], [0, 0, 1]])
+        self._far = FAR * self.size_px / 2 / focal_px
         self._lens = np.array([mount.lens.k1, mount.lens.k2, 0.0, 0.0])
         self._rotation = np.ascontiguousarray(pose_world_camera[:3, :3].T)
         self._turn, _ = cv2.Rodrigues(self._rotation)
@@ -90,8 +92,9 @@ class View:
         return np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
 
     def outline(self, pieces_world: list[Array]) -> shapely.Geometry | None:
-        """Return the picture of an object's convex pieces, not clipped; None where it is not all before the camera, or
-        reaches so far aside that the lens model does not hold.
+        """Return the picture of an object's convex pieces, cut only far outside the picture.
+
+        None where it is not all before the camera, or reaches so far aside that the lens model does not hold.
         """
         corners = np.concatenate(pieces_world)
         if self.depth_m(corners).min() < NEAR_M or not self._is_within_lens(corners):
@@ -99,10 +102,14 @@ class View:
         return shapely.union_all([self._hull(piece) for piece in pieces_world])
 
     def _hull(self, piece_world: Array) -> shapely.Geometry:
-        """Take the hull where lines are straight (without the lens), then bend its edges."""
+        """Take the hull where lines are straight (without the lens), cut what lies far out, then bend its edges."""
         seen = piece_world @ self._rotation.T + self._shift
         hull = shapely.convex_hull(shapely.multipoints(seen[:, :2] / seen[:, 2:]))
-        ring = shapely.get_coordinates(shapely.segmentize(hull, np.sqrt(hull.area) / EDGE_POINTS + 1e-3))
+        hull = shapely.intersection(hull, shapely.box(*-self._far, *self._far))
+        step = min(np.sqrt(hull.area) / EDGE_POINTS + 1e-3, self._far.min() / FAR / EDGE_POINTS)
+        ring = shapely.get_coordinates(shapely.segmentize(hull, step))
+        if not len(ring):
+            return hull
         rays = np.column_stack([ring, np.ones(len(ring))])
         pixels, _ = cv2.projectPoints(rays, np.zeros(3), np.zeros(3), self._matrix, self._lens)
         return shapely.Polygon(pixels.reshape(-1, 2)).buffer(0)

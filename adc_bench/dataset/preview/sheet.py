@@ -77,5 +77,7 @@ def _cell(dataset: FrameDataset, i: int) -> Picture:
 
 
 def _write(canvas: Picture, text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
-    for shade, thickness in (((0, 0, 0), 3), (colour, 1)):
-        cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, shade, thickness, cv2.LINE_AA)
+    u, v = at
+    for x, y in ((u - 1, v), (u + 1, v), (u, v - 1), (u, v + 1)):
+        cv2.putText(canvas, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.4, (0, 0, 0), 1, cv2.LINE_AA)
+    cv2.putText(canvas, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)
