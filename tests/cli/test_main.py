@@ -90,6 +90,7 @@ COMMANDS = (
     "doctor",
     "render",
     "dataset check",
+    "dataset stats",
     "dataset preview",
     "train-detector",
     "evaluate detector",

@@ -71,7 +71,7 @@ def _keypoint_limits(keypoints: Array, size_px: tuple[int, int]) -> Iterator[tup
 
 def _any(flags: Flags) -> Flags:
     """Return for each label whether any of its flags is up."""
-    return np.asarray(flags.reshape(len(flags), -1).any(axis=1))
+    return np.asarray(flags.any(axis=tuple(range(1, flags.ndim))))
 
 
 def _proper(box: Array, size_px: tuple[int, int]) -> Flags:
