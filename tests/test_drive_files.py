@@ -1,5 +1,6 @@
 """Datasets of drives: the same bytes however they are made, labelled pictures at their times, truth and TUM alike."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from adc_bench.dataset import FrameDataset, Split, load_split
+from adc_bench.dataset.drive_log import GROUPS
 from adc_bench.dataset.drives import DriveDataset
 from adc_bench.dataset.driving.plan import draw_drive
 from adc_bench.errors import InputError
@@ -153,3 +155,16 @@ def test_frames_of_drives_read_like_any_others(root: Path) -> None:
     dataset = FrameDataset(root)
     assert len(dataset) == sum(entry.frames for entry in dataset.manifest.shards)
     assert {dataset.camera(i) for i in range(6)} == {"road", "panel"}
+
+
+def test_the_pages_example_runs_and_names_every_column(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "drives.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(root)
+    found: dict = {}
+    exec(code.replace('"DIR"', '"."'), found)
+    true_m = np.hypot(np.diff(found["x_m"]), np.diff(found["y_m"])).sum()
+    assert found["travelled_m"] == pytest.approx(true_m, rel=0.05) and found["rgb"].shape == (120, 160, 3)
+    with h5py.File(root / "shard-00000.h5") as file:
+        names = [column for group in GROUPS for column in (group, *file[group])]
+    assert [name for name in names if f"`{name}`" not in page] == []

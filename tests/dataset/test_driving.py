@@ -13,7 +13,7 @@ from adc_bench.dataset.drive_recipe import BEHAVIOURS, MISSIONS, SUITING, Behavi
 from adc_bench.dataset.driving.floor import outlines, passes_m
 from adc_bench.dataset.driving.hand import draw_hand, draw_wander
 from adc_bench.dataset.driving.leg import STEP_M, course_aside, driven_line, speeds_mps, stations_m
-from adc_bench.dataset.driving.plan import draw_drive, mission_of
+from adc_bench.dataset.driving.plan import behaviour_of, draw_drive, mission_of
 from adc_bench.dataset.driving.route import crosswalk_pose, route
 from adc_bench.errors import InputError
 from adc_bench.geometry import Path as Curve
@@ -106,6 +106,10 @@ def test_shares_of_missions_hold_in_every_stretch() -> None:
         for mission, share in TRAIN.drives.missions.items():
             assert abs(names.count(mission) / 200 - share) < 0.02
     assert {mission_of(TRAIN.drives, number) for number in range(40)} == set(MISSIONS)
+    drawn = [behaviour_of(TRAIN.drives, "speed", n) for n in range(600) if mission_of(TRAIN.drives, n) == "speed"]
+    free = {name: TRAIN.drives.behaviours[name] for name in SUITING["speed"]}
+    for behaviour, share in free.items():
+        assert abs(drawn.count(behaviour) / len(drawn) - share / sum(free.values())) < 0.04
 
 
 def test_a_drive_is_the_same_whenever_it_is_drawn_and_another_for_another_seed() -> None:

@@ -1,5 +1,7 @@
 """From a split and a drive's number to its arena and its plan; each depends on nothing else."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +30,7 @@ from adc_bench.world.setup import draw_layout, set_up
 from adc_bench.world.streams import stream
 
 ATTEMPTS = 100
+ROOT_2 = math.sqrt(2)  # spreads behaviours independently of missions
 CRUISE_MPS: dict[MissionName, tuple[float, float]] = {
     "speed": (0.4, 2.0),
     "signs": (0.5, 1.2),
@@ -92,8 +95,19 @@ def draw_drive(split: Split, number: int, rig: SensorRig, salt: bytes | None = N
 def mission_of(recipe: DriveRecipe, number: int) -> MissionName:
     """Return the mission of a drive; evenly spread numbers in 0..1 choose, so that the shares hold in every stretch."""
     names = [name for name in MISSIONS if name in recipe.missions]
-    ends = np.cumsum([recipe.missions[name] for name in names])
-    return names[min(int(np.searchsorted(ends, (number + 0.5) * GOLDEN % 1.0, side="right")), len(names) - 1)]
+    return names[_chosen([recipe.missions[name] for name in names], (number + 0.5) * GOLDEN)]
+
+
+def behaviour_of(recipe: DriveRecipe, mission: MissionName, number: int) -> Behaviour:
+    """Return how a drive is driven, chosen in the same way among what suits its mission."""
+    names = [name for name in SUITING[mission] if name in recipe.behaviours]
+    return names[_chosen([recipe.behaviours[name] for name in names], (number + 0.5) * ROOT_2)]
+
+
+def _chosen(shares: Sequence[float], spread: float) -> int:
+    """Return which share the fraction of a number falls into."""
+    ends = np.cumsum(shares) / sum(shares)
+    return min(int(np.searchsorted(ends, spread % 1.0, side="right")), len(shares) - 1)
 
 
 def _draw_scenario(split: Split, number: int, seed: int, mission: MissionName, rig: SensorRig) -> Scenario:
@@ -129,7 +143,7 @@ def _draw_plan(
 ) -> DrivePlan | None:
     """Draw a plan; None if there is none, or it would run into something that it means to pass."""
     rng = stream(scenario.seed, "drive", "plan", attempt)
-    behaviour = _draw_behaviour(recipe, mission, rng)
+    behaviour = behaviour_of(recipe, mission, number)
     task = Task(
         scenario=scenario,
         behaviour=behaviour,
@@ -160,12 +174,6 @@ def _draw_plan(
         start_pose=start,
     )
     return DrivePlan(script=script, legs=legs, hand=hand)
-
-
-def _draw_behaviour(recipe: DriveRecipe, mission: MissionName, rng: np.random.Generator) -> Behaviour:
-    names = [name for name in SUITING[mission] if name in recipe.behaviours]
-    shares = np.array([recipe.behaviours[name] for name in names])
-    return names[int(rng.choice(len(names), p=shares / shares.sum()))]
 
 
 def _start_pose(leg: Leg) -> Pose2:
