@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import TYPE_CHECKING
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from adc_bench.dataset.layout import Manifest
 
 START_S = perf_counter()
-HEAD = (
+HEAD: tuple[str, ...] = (
     "size",
     "raw frames/s",
     "render frames/s",
@@ -138,7 +139,7 @@ def raw_loop(plan: "Manifest", frames: int) -> tuple[float, float]:
             renderer.load(scenario)
         frame = draw_frame(plan.split, scenario, index)
         renderer.set_panel(frame.panel_sign)
-        clock_s, cpu_s = _timed(lambda frame=frame: renderer.raw(frame.camera, frame.pose_world_robot))
+        clock_s, cpu_s = _timed(partial(renderer.raw, frame.camera, frame.pose_world_robot))
         spent_s, spent_cpu_s = spent_s + clock_s, spent_cpu_s + cpu_s
     return spent_s, spent_cpu_s
 
