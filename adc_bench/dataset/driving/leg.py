@@ -88,7 +88,7 @@ def driven_line(path: Path, aside_m: Array) -> Array:
 def speeds_mps(
     line: Array, start_m: float, end_m: float, *, cruise_mps: float, lateral_mps2: float, braking_mps2: float
 ) -> Array:
-    """Return the speeds (n,) along a line: at most `cruise_mps`, slow enough in bends, rest at `start_m` and `end_m`."""
+    """Return the speeds (n,) along a line: at most `cruise_mps`, slow in bends, rest at `start_m` and `end_m`."""
     s_m = np.arange(len(line)) * STEP_M
     bends = np.sqrt(lateral_mps2 / np.maximum(np.abs(line[:, 3]), 1e-6))
     speed = np.minimum(cruise_mps, bends)

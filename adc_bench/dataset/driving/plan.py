@@ -29,7 +29,7 @@ from adc_bench.world.sensors import SensorRig
 from adc_bench.world.setup import draw_layout, set_up
 from adc_bench.world.streams import stream
 
-ATTEMPTS = 100
+ATTEMPTS, PER_LAYOUT = 100, 5  # draws of a drive; in each layout
 ROOT_2 = math.sqrt(2)  # spreads behaviours independently of missions
 CRUISE_MPS: dict[MissionName, tuple[float, float]] = {
     "speed": (0.4, 2.0),
@@ -79,8 +79,9 @@ def draw_drive(split: Split, number: int, rig: SensorRig, salt: bytes | None = N
     """
     seed = split.seed(split.seed_count - 1 - number, salt)
     mission = mission_of(split.drives, number)
-    scenario = _draw_scenario(split, number, seed, mission, rig)
     for attempt in range(ATTEMPTS):
+        if attempt % PER_LAYOUT == 0:
+            scenario = _draw_scenario(split, number, seed, mission, rig, attempt // PER_LAYOUT)
         plan = _draw_plan(split.drives, scenario, mission, number, attempt)
         if plan:
             return scenario, plan
@@ -110,7 +111,7 @@ def _chosen(shares: Sequence[float], spread: float) -> int:
     return min(int(np.searchsorted(ends, spread % 1.0, side="right")), len(shares) - 1)
 
 
-def _draw_scenario(split: Split, number: int, seed: int, mission: MissionName, rig: SensorRig) -> Scenario:
+def _draw_scenario(split: Split, number: int, seed: int, mission: MissionName, rig: SensorRig, draw: int) -> Scenario:
     levels = split.looks.light_levels
     course = COURSE_SETS[split.course]
     return set_up(
@@ -118,7 +119,7 @@ def _draw_scenario(split: Split, number: int, seed: int, mission: MissionName, r
         seed=seed,
         look=draw_look(split.looks, stream(seed, "look"), levels[number % len(levels)]),
         panel_sign="stop",
-        layout=_draw_layout(mission, Course(spec=course), stream(seed, "drive", "layout")),
+        layout=_draw_layout(mission, Course(spec=course), stream(seed, "drive", "layout", draw)),
         course=course,
         arena=ArenaSpec(),
         robot=ROBOTS[split.robot],
