@@ -1,7 +1,5 @@
 """What the detector is trained on is what the driver sees: the same bytes become the same pixels."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
