@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from adc_bench.detector.evaluate import Evaluation
 from adc_bench.world.categories import CATEGORY_ID
-from adc_bench.world.frame import BoxPx, Conditions, Detections, Label
+from adc_bench.world.frame import NO_KEYPOINTS, BoxPx, Conditions, Detections, Label
 
 
 @dataclass
@@ -50,10 +50,14 @@ def _label(name: str, box: BoxPx, *, ignore: bool = False) -> Label:
         instance=name,
         box_px=box,
         amodal_box_px=box,
+        amodal_box_whole_px=box,
+        mask_rle=b"",
         visible_px=100,
         visible_fraction=1.0,
         truncation=0.0,
         distance_m=1.0,
+        pose_world_object=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+        keypoints_px=NO_KEYPOINTS,
         ignore=ignore,
     )
 

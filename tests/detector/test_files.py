@@ -134,7 +134,7 @@ def test_the_commands(train_folder: Path, val_folder: Path, tmp_path: Path) -> N
     )
     with pytest.raises(InputError, match="a folder that holds files"):
         _run("train-detector", "--train", train_folder, "--val", val_folder, "--out", run)
-    with pytest.raises(InputError, match="no such folder"):
+    with pytest.raises(InputError, match="an empty or missing folder"):
         _run("train-detector", "--train", tmp_path / "none", "--val", val_folder, "--out", tmp_path / "other")
 
 
