@@ -1,5 +1,6 @@
 """Datasets of drives: the same bytes however they are made, labelled pictures at their times, truth and TUM alike."""
 
+import itertools
 import re
 import shutil
 from pathlib import Path
@@ -13,6 +14,7 @@ from adc_bench.dataset import FrameDataset, Split, load_split
 from adc_bench.dataset.drive_log import GROUPS
 from adc_bench.dataset.drives import DriveDataset
 from adc_bench.dataset.driving.plan import draw_drive
+from adc_bench.dataset.preview.choose import spread
 from adc_bench.errors import InputError
 from adc_bench.generate import render_split
 from adc_bench.generate.drives import render_drive, simulate
@@ -168,3 +170,9 @@ def test_the_pages_example_runs_and_names_every_column(root: Path, monkeypatch: 
     with h5py.File(root / "shard-00000.h5") as file:
         names = [column for group in GROUPS for column in (group, *file[group])]
     assert [name for name in names if f"`{name}`" not in page] == []
+
+
+def test_a_preview_shows_a_drive_about_once_a_second(drives: DriveDataset) -> None:
+    chosen = spread(drives.frames, 1000)
+    assert {drives.frames.camera(i) for i in chosen} == {"road", "panel"}
+    assert all(b - a >= 24 for a, b in itertools.pairwise(chosen) if drives.frames.file(a) == drives.frames.file(b))
