@@ -174,5 +174,4 @@ def test_the_pages_example_runs_and_names_every_column(root: Path, monkeypatch: 
 
 def test_a_preview_shows_a_drive_about_once_a_second(drives: DriveDataset) -> None:
     chosen = spread(drives.frames, 1000)
-    assert {drives.frames.camera(i) for i in chosen} == {"road", "panel"}
     assert all(b - a >= 24 for a, b in itertools.pairwise(chosen) if drives.frames.file(a) == drives.frames.file(b))
