@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from adc_bench.geometry import Camera
 from adc_bench.render.motion_blur import Flow
 
-TAP_STEP, TAPS_MAX = 1 / 160, 12  # of the width between two taps of a blur: 2 px of 320
+TAP_STEP = 1 / 160  # of the width between two taps of a blur, at most, where three are enough: 2 px of 320
 Picture = NDArray[np.uint8]
 
 
@@ -25,24 +25,13 @@ class Warp:
         self._is_plain = camera == pinhole
         # Where each pixel comes from, u and v (2, h, w); OpenCV counts from the first pixel's centre.
         self._source = np.ascontiguousarray((source - 0.5).T.reshape(2, *u.shape), np.float32)
+        self._grid = np.array([u - 0.5, v - 0.5], np.float32)
         self._to_nearest: tuple[NDArray[np.intp], NDArray[np.float32]] | None = None
 
     def colour(self, picture: Picture, flow: Flow | None) -> Picture:
         """Return the picture (h, w, 4) behind the lens, blurred along the flow if there is one."""
-        if flow is None:
-            return picture if self._is_plain else _remap(picture, self._source, cv2.INTER_LINEAR)
-        delivered, done = np.empty((*self._source.shape[1:], 4), np.uint8), 0
-        for rows, longest_px in flow.bands:
-            self._fill_sharp(picture, delivered, slice(done, rows.start))
-            delivered[rows] = self._blurred(picture, flow.shift_px[:, rows], rows, longest_px)
-            done = rows.stop
-        self._fill_sharp(picture, delivered, slice(done, len(delivered)))
-        return delivered
-
-    def _fill_sharp(self, picture: Picture, delivered: Picture, rows: slice) -> None:
-        """Fill in rows that do not blur."""
-        if rows.start < rows.stop:
-            delivered[rows] = _remap(picture, self._source[:, rows], cv2.INTER_LINEAR)
+        sharp = picture if self._is_plain else _remap(picture, self._source, cv2.INTER_LINEAR)
+        return sharp if flow is None else self._blurred(sharp, flow)
 
     def affine(self, picture: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return a picture (h, w) that is affine on every flat surface, as inverse depth is, behind the lens.
@@ -68,21 +57,29 @@ class Warp:
             self._to_nearest = v.astype(np.intp) * width + u.astype(np.intp), away
         return self._to_nearest
 
-    def _blurred(self, picture: Picture, shift: NDArray[np.float32], rows: slice, longest_px: float) -> Picture:
-        """Return rows that blur: the mean of taps spread evenly over the exposure.
+    def _blurred(self, sharp: Picture, flow: Flow) -> Picture:
+        """Return the mean of taps spread evenly over the exposure: three, or nine as three means of three taps each."""
+        if flow.longest_px > 3 * TAP_STEP * sharp.shape[1]:
+            sharp = self._three_taps(sharp, flow, 1 / 9, cv2.INTER_NEAREST)
+        return self._three_taps(sharp, flow, 1 / 3, cv2.INTER_LINEAR)
 
-        Light adds up in squares of the picture's values: gamma 2 in place of 2.2, near enough for a mean.
-        """
-        source = self._source[:, rows]
-        _, height, width = source.shape
-        taps = min(TAPS_MAX, math.ceil(longest_px / (TAP_STEP * width)) + 1)
-        total = np.zeros((height, width * 4), np.float32)
-        for k in range(taps):
-            time = (k + 0.5) / taps - 0.5
-            moved = [cv2.scaleAdd(by, time, to) for by, to in zip(shift, source, strict=True)]
-            cv2.accumulateSquare(_remap(picture, moved, cv2.INTER_LINEAR).reshape(total.shape), total)
-        mean = cv2.convertScaleAbs(cv2.sqrt(total), alpha=1 / math.sqrt(taps))
-        return np.asarray(mean.reshape(height, width, 4), np.uint8)
+    def _three_taps(self, picture: Picture, flow: Flow, step: float, interpolation: int) -> Picture:
+        """Return the mean of the picture and of it moved by a share of the flow, there and back."""
+        moved = [cv2.scaleAdd(flow.shift_px, time, self._grid) for time in (step, -step)]
+        return _mean([picture, *(_remap(picture, source, interpolation) for source in moved)])
+
+
+def _mean(pictures: Sequence[Picture]) -> Picture:
+    """Return what pictures (h, w, 4) make together.
+
+    Light adds up in squares of the picture's values: gamma 2 in place of 2.2, near enough for a mean.
+    """
+    height, width, channels = pictures[0].shape
+    total = np.zeros((height, width * channels), np.float32)
+    for picture in pictures:
+        cv2.accumulateSquare(picture.reshape(total.shape), total)
+    mean = cv2.convertScaleAbs(cv2.sqrt(total), alpha=1 / math.sqrt(len(pictures)))
+    return np.asarray(mean.reshape(height, width, channels), np.uint8)
 
 
 def _slope(picture: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
@@ -94,6 +91,6 @@ def _slope(picture: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
     return slope if axis == 0 else np.ascontiguousarray(slope.T)
 
 
-def _remap(picture: Picture, source: Sequence[MatLike] | MatLike, interpolation: int) -> Picture:
+def _remap(picture: Picture, source: MatLike, interpolation: int) -> Picture:
     u, v = source
     return np.asarray(cv2.remap(picture, u, v, interpolation, borderMode=cv2.BORDER_REPLICATE), np.uint8)

@@ -16,30 +16,25 @@ from adc_bench.render.exposure import moved
 from adc_bench.world.robot import Motion
 
 FAR_M = 6.0
-CELL_PX = 16  # the flow is computed once in so many pixels each way
-SHARP_PX = 0.7  # rows that move less are left as they are
-BANDS = 6  # of rows, each blurred as finely as what moves furthest in it asks for
+CELL_PX = 32  # the flow is computed once in so many pixels each way
+SHARP_PX = 0.7  # a picture that moves less is left as it is
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Flow:
-    """How a picture moves over one exposure.
-
-    `shift_px` (2, h, w), u and v, is in pixels of the pinhole picture; `mean_px` is a length in pixels of the delivered
-    one; `bands` are rows of it with the longest length in each, those that blur.
-    """
+    """How a picture moves over one exposure, in its pixels: u and v (2, h, w), and the mean and the longest length."""
 
     shift_px: NDArray[np.float32]
     mean_px: float
-    bands: tuple[tuple[slice, float], ...]
+    longest_px: float
 
 
 class MotionBlur:
     """One camera's flow from its motion; what depends on the camera alone is computed once."""
 
-    def __init__(self, camera: Camera, pinhole: Camera) -> None:
-        self._camera, self._pinhole = camera, pinhole
+    def __init__(self, camera: Camera) -> None:
+        self._camera = camera
         self._columns, self._rows = (max(2, size // CELL_PX) for size in (camera.width_px, camera.height_px))
         u, v = np.meshgrid(
             (np.arange(self._columns) + 0.5) / self._columns * camera.width_px,
@@ -69,21 +64,16 @@ class MotionBlur:
         return points
 
     def _flow(self, first: Array, last: Array) -> Flow | None:
-        lengths = np.hypot(*(self._camera.project(last) - self._camera.project(first)).T).reshape(self._rows, -1)
+        shift = self._camera.project(last) - self._camera.project(first)
+        lengths = np.hypot(shift[:, 0], shift[:, 1])
         if lengths.max() < SHARP_PX:
             return None
-        shift = (self._pinhole.project(last) - self._pinhole.project(first)).astype(np.float32).T
-        coarse = shift.reshape(2, self._rows, self._columns)
+        coarse = shift.T.astype(np.float32).reshape(2, self._rows, self._columns)
         size = (self._camera.width_px, self._camera.height_px)
-        cell = self._camera.height_px / self._rows
-        bands = [
-            (slice(round(rows[0] * cell), round((rows[-1] + 1) * cell)), float(lengths[rows].max()))
-            for rows in np.array_split(np.arange(self._rows), min(BANDS, self._rows))
-        ]
         return Flow(
             shift_px=np.array([cv2.resize(plane, size) for plane in coarse], np.float32),
             mean_px=float(lengths.mean()),
-            bands=tuple((rows, longest_px) for rows, longest_px in bands if longest_px > SHARP_PX),
+            longest_px=float(lengths.max()),
         )
 
 

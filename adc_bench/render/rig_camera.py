@@ -31,7 +31,7 @@ class RigCamera:
 
     def __init__(self, view: View, mount: CameraMount) -> None:
         self.view, self.mount = view, mount
-        self._blur = MotionBlur(view.camera, view.pinhole)
+        self._blur = MotionBlur(view.camera)
         self._sensor = Sensor(mount)
 
     def expose(self, pose_world_camera: Pose3, look: Look, exposure: float) -> None:

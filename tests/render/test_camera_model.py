@@ -135,7 +135,7 @@ def iou(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> float:
 
 def flow_of(camera: Camera, pose_camera: Pose3, motion: Motion, shutter_s: float) -> Flow | None:
     robot = Pose3(rotation=np.eye(3), translation_m=np.zeros(3))
-    return MotionBlur(camera, camera.covering_pinhole()).flow(robot, pose_camera, motion, shutter_s)
+    return MotionBlur(camera).flow(robot, pose_camera, motion, shutter_s)
 
 
 @pytest.mark.parametrize("lens", [PINHOLE, STRONG], ids=["pinhole", "lens"])
@@ -152,7 +152,7 @@ def test_floor_points_ahead_blur_by_speed_times_shutter(motion: Motion, lens: Le
         velocity = np.array([-motion.v_mps + motion.omega_radps * y_m, -motion.omega_radps * x_m, 0.0])
         middle = np.array([x_m, y_m, 0.0])
         ends = pose.inverse().transform([middle - velocity * shutter_s / 2, middle + velocity * shutter_s / 2])
-        expected = np.diff(camera.covering_pinhole().project(ends), axis=0)[0]
+        expected = np.diff(camera.project(ends), axis=0)[0]
         column, row = np.floor(camera.project(pose.inverse().transform([middle]))[0]).astype(int)
         assert np.allclose(flow.shift_px[:, row, column], expected, atol=0.1 + 0.03 * np.hypot(*expected))
 
