@@ -1,7 +1,8 @@
 """A shard of independent frames: arenas one after the other, poses in each, pictures with their truth.
 
 The driver draws a picture in threads of its own. While it does, the picture before is developed, encoded and labelled,
-and a piece of the next arena is built: nothing but the order of the work differs from taking frame after frame.
+the next one planned, and a piece of the next arena built: nothing but the order of the work differs from taking frame
+after frame.
 """
 
 import itertools
@@ -10,10 +11,12 @@ from contextlib import contextmanager
 
 import cv2
 
-from adc_bench.dataset.sampling import draw_frame, draw_scenario, scenario_number
+from adc_bench.dataset.sampling import FramePlan, draw_frame, draw_scenario, scenario_number
 from adc_bench.dataset.shard import encode_shard
+from adc_bench.dataset.split import Split
 from adc_bench.generate.plan import ShardTask, process_renderer
 from adc_bench.render import ArenaRenderer
+from adc_bench.render.renderer import Shot
 from adc_bench.world.frame import Frame
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import SensorRig
@@ -53,18 +56,19 @@ def _arenas(task: ShardTask, rig: SensorRig, scenarios: list[Scenario]) -> Arena
 
 
 def _frames(renderer: ArenaRenderer, task: ShardTask, arenas: Arenas) -> Iterator[Frame]:
-    """Yield the frames; each is finished while the next one is drawn."""
+    """Yield the frames; each is finished, and the next one planned, while one is drawn."""
     before, arena = None, next(arenas, None)
     while arena:
         scenario, indices = arena
         renderer.load(scenario)
-        for index in indices:
-            plan = draw_frame(task.plan.split, scenario, index)
-            renderer.set_panel(plan.panel_sign)
-            shot = renderer.shoot(index, plan.camera, plan.pose_world_robot, plan.motion)
+        plans = _plans(renderer, task.plan.split, scenario, indices)
+        plan = next(plans, None)
+        while plan:
+            shot = _begun(renderer, *plan)
             if before:
                 yield renderer.finish(before)
-            if index == indices[0]:
+            is_first, plan = plan[0].index == indices[0], next(plans, None)
+            if is_first:
                 arena = next(arenas, None)
             elif arena:
                 renderer.prepare(arena[0])
@@ -72,3 +76,17 @@ def _frames(renderer: ArenaRenderer, task: ShardTask, arenas: Arenas) -> Iterato
             before = shot
     if before:
         yield renderer.finish(before)
+
+
+def _plans(
+    renderer: ArenaRenderer, split: Split, scenario: Scenario, indices: list[int]
+) -> Iterator[tuple[FramePlan, float]]:
+    """Yield the loaded arena's frames to be, each with its exposure."""
+    for index in indices:
+        plan = draw_frame(split, scenario, index)
+        yield plan, renderer.exposure_on_the_way(plan.camera, plan.pose_world_robot, plan.motion)
+
+
+def _begun(renderer: ArenaRenderer, plan: FramePlan, exposure: float) -> Shot:
+    renderer.set_panel(plan.panel_sign)
+    return renderer.shoot(plan.index, plan.camera, plan.pose_world_robot, exposure, plan.motion)

@@ -156,6 +156,14 @@ class ArenaRenderer:
         """Return the exposure that the light on the floor before the robot leads to in the end."""
         return settled(self._scenario.look, self._arena.floor_irradiance, pose_world_robot)
 
+    def exposure_on_the_way(self, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> float:
+        """Return the exposure of a camera on a robot that came to a pose at this motion."""
+        lag_s, now = self.rig.camera(camera_name).imaging.exposure_lag_s, None
+        for time_s, pose in way_back(pose_world_robot, motion, lag_s):
+            now = follow(now, self.exposure(pose), time_s, lag_s)
+        assert now
+        return now.exposure
+
     def exposed(self, camera_name: str, pose_world_robot: Pose3, exposure: float) -> NDArray[np.uint8]:
         """Return the noiseless sharp picture (h, w, 4) uint8 at a given exposure, behind the lens."""
         camera = self._cameras[camera_name]
@@ -191,15 +199,18 @@ class ArenaRenderer:
 
         The exposure is that of a robot which came here at this motion.
         """
-        shot = self.shoot(index, camera_name, pose_world_robot, motion)
+        exposure = self.exposure_on_the_way(camera_name, pose_world_robot, motion)
+        shot = self.shoot(index, camera_name, pose_world_robot, exposure, motion)
         shot.read()
         return self.finish(shot)
 
-    def shoot(self, index: int, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> Shot:
-        """Begin a `frame`. While it is drawn there is time to `finish` the shot that was read before."""
-        camera = self._cameras[camera_name]
-        exposure = self._exposure_on_the_way(camera, pose_world_robot, motion)
-        return self._shoot((index, index), camera, pose_world_robot, exposure, motion)
+    def shoot(
+        self, index: int, camera_name: str, pose_world_robot: Pose3, exposure: float, motion: Motion = STILL
+    ) -> Shot:
+        """Begin a `frame`. While it is drawn there is time to `finish` the shot that was read before, and to work out
+        the next one's `exposure_on_the_way`.
+        """
+        return self._shoot((index, index), self._cameras[camera_name], pose_world_robot, exposure, motion)
 
     def shoot_next(
         self, index: int, camera_name: str, pose_world_robot: Pose3, *, time_s: float, motion: Motion = STILL
@@ -249,13 +260,6 @@ class ArenaRenderer:
         self._free.take(pose_world_camera, exposure * white_gains(self._scenario.look, FREE_IMAGING))
         self._free.read()
         return np.ascontiguousarray(self._free.colour()[..., :3])
-
-    def _exposure_on_the_way(self, camera: RigCamera, pose_world_robot: Pose3, motion: Motion) -> float:
-        lag_s, now = camera.mount.imaging.exposure_lag_s, None
-        for time_s, pose in way_back(pose_world_robot, motion, lag_s):
-            now = follow(now, self.exposure(pose), time_s, lag_s)
-        assert now
-        return now.exposure
 
     def _draw(self, camera: RigCamera, pose_world_robot: Pose3, exposure: float) -> Pose3:
         """Begin to draw the scene with the robot there; return where the camera is."""
