@@ -101,7 +101,7 @@ def _targets(scenario: Scenario) -> list[Target]:
 
 def _draw_before(target: Target, course: Course, rng: np.random.Generator) -> Pose2:
     """Draw a pose on or around a lane from which the target is seen in front, at an evenly spread distance."""
-    stations = np.concatenate([lane.sample(0.1) for lane in course.lanes.values()])
+    stations = _stations(course)
     away = stations[:, :2] - (target.x_m, target.y_m)
     distance_m = np.hypot(away[:, 0], away[:, 1])
     near_m, far_m = OBJECT_DISTANCE_M
@@ -115,6 +115,12 @@ def _draw_before(target: Target, course: Course, rng: np.random.Generator) -> Po
     bearing_rad = math.atan2(target.y_m - y_m, target.x_m - x_m)
     yaw_rad = bearing_rad + float(rng.uniform(-OBJECT_ASIDE_RAD, OBJECT_ASIDE_RAD))
     return Pose2(x_m=float(x_m), y_m=float(y_m), yaw_rad=yaw_rad)
+
+
+@lru_cache(maxsize=2)
+def _stations(course: Course) -> Array:
+    """Return poses (n, 3) all along the lanes."""
+    return np.concatenate([lane.sample(0.1) for lane in course.lanes.values()])
 
 
 class _Obstacles(NamedTuple):

@@ -46,6 +46,16 @@ class Path:
             poses.append(poses[-1] @ _advance(piece.length_m, piece.curvature_pm))
         return tuple(poses)
 
+    @cached_property
+    def _start_figures(self) -> Array:
+        """Where each piece starts: x, y in metres and yaw in radians, and the end, (n + 1, 3)."""
+        return np.array([(pose.x_m, pose.y_m, pose.yaw_rad) for pose in self._starts])
+
+    @cached_property
+    def _curvatures_pm(self) -> Array:
+        """Each piece's curvature, (n,)."""
+        return np.array([piece.curvature_pm for piece in self.pieces])
+
     def _piece_at(self, s_m: Array) -> NDArray[np.intp]:
         index = np.searchsorted(self.knots_m, s_m, side="right") - 1
         return np.clip(index, 0, len(self.pieces) - 1)
@@ -55,8 +65,8 @@ class Path:
         s = np.atleast_1d(np.asarray(s_m, dtype=np.float64))
         s = np.mod(s, self.length_m) if self.closed else np.clip(s, 0.0, self.length_m)
         index = self._piece_at(s)
-        start = np.array([(p.x_m, p.y_m, p.yaw_rad) for p in self._starts])[index]
-        curvature = np.array([piece.curvature_pm for piece in self.pieces])[index]
+        start = self._start_figures[index]
+        curvature = self._curvatures_pm[index]
         along = s - self.knots_m[index]
         turn = curvature * along
         half = turn / 2
@@ -75,7 +85,7 @@ class Path:
         """Return the signed curvature (n,) in 1/m at arc lengths (n,)."""
         s = np.atleast_1d(np.asarray(s_m, dtype=np.float64))
         s = np.mod(s, self.length_m) if self.closed else s
-        return np.array([piece.curvature_pm for piece in self.pieces])[self._piece_at(s)]
+        return self._curvatures_pm[self._piece_at(s)]
 
     def sample(self, step_m: float) -> Array:
         """Return poses (n, 3) no farther apart than `step_m`, every knot among them."""

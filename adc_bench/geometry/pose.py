@@ -94,9 +94,11 @@ class Pose3:
 def rotation_zyx(yaw_rad: float, pitch_rad: float, roll_rad: float) -> Array:
     """Return Rz(yaw) Ry(pitch) Rx(roll), (3, 3). With x forward and z up, positive pitch looks down."""
     cz, sz = math.cos(yaw_rad), math.sin(yaw_rad)
+    rz = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
+    if pitch_rad == 0.0 == roll_rad:
+        return rz
     cy, sy = math.cos(pitch_rad), math.sin(pitch_rad)
     cx, sx = math.cos(roll_rad), math.sin(roll_rad)
-    rz = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
     ry = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
     rx = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
     rotation: Array = rz @ ry @ rx
