@@ -8,7 +8,7 @@ import numpy as np
 
 from adc_bench.render.artwork import panel_picture, poster_picture, sign_picture
 from adc_bench.render.atlas import Atlas, Covering, covering_of
-from adc_bench.render.floor_light import FloorLight
+from adc_bench.render.floor_light import EMPTY, FloorLight, Placed
 from adc_bench.render.light import LAMP_GRID, LAMP_SIZE_M, UNIT_LUX, Lighting
 from adc_bench.render.meshes import Patch, board_patches, flat_patch, patches, rectangles_mesh
 from adc_bench.render.other_ids import ID_OF_KIND, OtherId
@@ -199,11 +199,11 @@ class ArenaParts:
                 )
 
 
-def floor_lights(lighting: Lighting) -> Iterator[FloorLight]:
-    """Yield the light of the course and of the bare floor around it."""
+def floor_lights(lighting: Lighting, bodies: Placed = EMPTY) -> Iterator[FloorLight]:
+    """Yield the light of the course and of the bare floor around it, bodies on them."""
     course = course_bounds(lighting.scenario.course_spec)
-    yield FloorLight(lighting, course, COURSE_TEXEL_M)
-    yield FloorLight(lighting, hall_bounds(lighting.scenario), HALL_TEXEL_M, unseen=course)
+    yield FloorLight(lighting, course, COURSE_TEXEL_M, bodies=bodies)
+    yield FloorLight(lighting, hall_bounds(lighting.scenario), HALL_TEXEL_M, unseen=course, bodies=bodies)
 
 
 def screen_part(scenario: Scenario, panel: Solid, sign: PanelSign | None = None) -> Part:

@@ -7,19 +7,24 @@ for good and each body contribute their own shadows, so a body's can be taken ou
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose3
-from adc_bench.render.light import CORNERS, LAMP_SIZE_M, Lighting, flood_rays, lamp_on_floor
+from adc_bench.render.light import LAMP_GRID, Lighting, lamp_on_floor
 from adc_bench.render.shadows import Outlines
 from adc_bench.world.solids import Solid
 
 Array = NDArray[np.float64]
 Bounds = tuple[float, float, float, float]
 Window = tuple[int, int, int, int]  # rows and columns: r0, r1, c0, c1
+Placed = Mapping[str, tuple[Sequence[Solid], Pose3]]  # bodies: parts in their own frame, pose in the world
+NONE: Window = (0, 0, 0, 0)
+EMPTY: Placed = MappingProxyType({})
 SUBTEXEL_BITS = 4
 CONTACT_SHADE, CONTACT_GAP_M = 0.6, 0.2  # darkening under a thing on the floor, and how fast it goes with a gap
 CONTACT_TOP_M = 1.2  # what hangs higher darkens the floor by less than half a step of 255
@@ -49,27 +54,35 @@ class FloorLight:
         picture: (h, w, 4) float32: irradiance rgb in units of 300 lux, and the floodlights' share of it.
     """
 
-    def __init__(self, lighting: Lighting, bounds: Bounds, texel_m: float, unseen: Bounds | None = None) -> None:
-        """Bake the light of what stands for good. Under `unseen` lies another floor: bodies are not baked there."""
+    def __init__(
+        self,
+        lighting: Lighting,
+        bounds: Bounds,
+        texel_m: float,
+        unseen: Bounds | None = None,
+        bodies: Placed = EMPTY,
+    ) -> None:
+        """Bake the light of what stands for good, and of bodies. Under `unseen` lies another floor: nothing is baked
+        there.
+        """
         self.bounds, self._lighting = bounds, lighting
         x0, y0, x1, y1 = bounds
         width, height = round((x1 - x0) / texel_m), round((y1 - y0) / texel_m)
         self._scale = np.array([width / (x1 - x0), -height / (y1 - y0)])
         self._origin = np.array([x0, y1])
-        self._unseen = self._inner_window(unseen) if unseen else (0, 0, 0, 0)
+        self._unseen = self._inner_window(unseen) if unseen else NONE
         x = x0 + (np.arange(width) + 0.5) / width * (x1 - x0)
         y = y1 - (np.arange(height) + 0.5) / height * (y1 - y0)
-        self._lights, self._parts = _rays(lighting), _contributions(lighting, x, y)
-        points = np.column_stack([np.tile(x, height), np.repeat(y, width), np.zeros(height * width)])
-        openness = lighting.openness(points).reshape(height, width).astype(np.float32)
+        self._lights, self._parts = lighting.rays, _contributions(lighting, x, y)
+        openness = lighting.openness_on_floor(x, y)
         self._parts[len(lighting.scenario.look.floods) :] *= openness
         self._sky = np.float32(lighting.sky_share) * openness
-        self._shades: dict[str, Shade] = {}
         self._bake_static(lighting.standing)
+        self._shades = {name: self._shade(parts, pose) for name, (parts, pose) in bodies.items()}
         self.picture = np.empty((height, width, 4), np.float32)
         self._bake((0, height, 0, width))
 
-    def place(self, bodies: Mapping[str, tuple[Sequence[Solid], Pose3]]) -> bool:
+    def place(self, bodies: Placed) -> bool:
         """Put bodies (parts in their own frame, pose in the world) where they are now, and bake the light there.
 
         Returns whether the picture has changed.
@@ -103,54 +116,69 @@ class FloorLight:
         return np.asarray(np.rint(texels * 2**SUBTEXEL_BITS), np.int32)
 
     def _bake_static(self, standing: Outlines) -> None:
-        height, width = window = self._sky.shape
-        in_the_way = np.ones((len(self._lights), len(standing.solids)), bool)
-        # what the tunnel takes from the lamps is in the openness
-        floods = len(CORNERS) * len(self._lighting.scenario.look.floods)
-        in_the_way[floods:, [solid.kind == "tunnel" for solid in standing.solids]] = False
-        self._blocked = _blocked(self._texels(standing.shadows(self._lights)), standing, window, in_the_way)
-        feet = self._texels(standing.points[:, :2])
-        for points, foot in zip(standing.each(standing.points), standing.each(feet), strict=True):
-            if points[:, 2].min() < CONTACT_TOP_M:
-                (r0, r1, c0, c1), origin = _around(foot, self._margin([points]))
-                if r0 < height and r1 > 0 and c0 < width and c1 > 0:
-                    shade = self._contact(foot - origin, (r1 - r0, c1 - c0), points)
-                    here = np.s_[max(r0, 0) : min(r1, height), max(c0, 0) : min(c1, width)]
-                    self._sky[here] *= shade[max(-r0, 0) : min(r1, height) - r0, max(-c0, 0) : min(c1, width) - c0]
+        in_the_way = self._lighting.casts(standing)
+        texels = self._texels(self._lighting.standing_shadows)
+        in_the_way &= ~self._hidden(standing.lowest(texels), standing.highest(texels))
+        self._blocked = _blocked(texels, standing, self._sky.shape, in_the_way)
+        feet = standing.each(self._texels(standing.points[:, :2]))
+        for foot, (bottom_m, top_m) in zip(feet, standing.heights_m, strict=True):
+            if bottom_m < CONTACT_TOP_M:
+                self._touch(self._sky, foot, bottom_m, top_m, self._unseen)
 
     def _shade(self, parts: Sequence[Solid], pose: Pose3) -> Shade:
         """Return what a body takes where it stands."""
         outlines = Outlines.of(parts, pose)
         texels, feet = self._texels(outlines.shadows(self._lights)), self._texels(outlines.points[:, :2])
-        each = outlines.each(outlines.points)
-        window, origin = _around(np.concatenate([feet, texels.reshape(-1, 2)]), self._margin(each))
+        margin = max(self._margin(_contact_reach_m(*heights)) for heights in outlines.heights_m)
+        window, origin = _around(np.concatenate([feet, texels.reshape(-1, 2)]), margin)
         r0, r1, c0, c1 = window
         shape = r1 - r0, c1 - c0
         if not self._shows(window):
             nothing = np.broadcast_to(np.uint32(0), shape), np.broadcast_to(np.float32(1), shape)
             return Shade(row=r0, column=c0, blocked=nothing[0], open_sky=nothing[1])
         open_sky = np.ones(shape, np.float32)
-        for points, foot in zip(each, outlines.each(feet - origin), strict=True):
-            open_sky *= self._contact(foot, shape, points)
-        return Shade(row=r0, column=c0, blocked=_blocked(texels - origin, outlines, shape), open_sky=open_sky)
+        for foot, (bottom_m, top_m) in zip(outlines.each(feet - origin), outlines.heights_m, strict=True):
+            self._touch(open_sky, foot, bottom_m, top_m)
+        blocked = _blocked(texels - origin, outlines, shape, self._lighting.casts(outlines))
+        return Shade(row=r0, column=c0, blocked=blocked, open_sky=open_sky)
 
-    def _margin(self, each: Sequence[Array]) -> int:
-        """Return how many texels around things their contact shade reaches."""
-        return int(4 * max(_contact_reach_m(points) for points in each) * self._scale[0]) + 2
+    def _margin(self, reach_m: float) -> int:
+        """Return how many texels around a thing its contact shade of this e-folding reach goes."""
+        return int(4 * reach_m * self._scale[0]) + 2
+
+    def _touch(
+        self, sky: NDArray[np.float32], foot: NDArray[np.int32], bottom_m: float, top_m: float, unseen: Window = NONE
+    ) -> None:
+        """Darken a picture of the open sky (h, w) beside and under one part, its foot in that picture's 1/16 texels."""
+        reach_m = _contact_reach_m(bottom_m, top_m)
+        (height, width), (window, origin) = sky.shape, _around(foot, self._margin(reach_m))
+        r0, r1, c0, c1 = window
+        if r0 < height and r1 > 0 and c0 < width and c1 > 0 and not _contains(unseen, window):
+            shade = self._contact(foot - origin, (r1 - r0, c1 - c0), bottom_m, reach_m)
+            here = np.s_[max(r0, 0) : min(r1, height), max(c0, 0) : min(c1, width)]
+            sky[here] *= shade[max(-r0, 0) : min(r1, height) - r0, max(-c0, 0) : min(c1, width) - c0]
+
+    def _hidden(self, low: NDArray[np.int32], high: NDArray[np.int32]) -> NDArray[np.bool_]:
+        """Return whether boxes of 1/16 texels (..., 2) lie in the part that is never seen."""
+        r0, r1, c0, c1 = self._unseen
+        first, last = (np.array(corner) << SUBTEXEL_BITS for corner in ((c0, r0), (c1 - 1, r1 - 1)))
+        return np.asarray(((low >= first) & (high <= last)).all(axis=-1))
 
     def _shows(self, window: Window) -> bool:
         """Return whether any of a window lies in the picture and out of the part that is never seen."""
         (r0, r1, c0, c1), (height, width) = window, self._sky.shape
         return r0 < height and r1 > 0 and c0 < width and c1 > 0 and not _contains(self._unseen, window)
 
-    def _contact(self, foot: NDArray[np.int32], shape: tuple[int, ...], points: Array) -> NDArray[np.float32]:
+    def _contact(
+        self, foot: NDArray[np.int32], shape: tuple[int, int], bottom_m: float, reach_m: float
+    ) -> NDArray[np.float32]:
         """Return the part of the sky (h, w) seen from the floor beside and under one part."""
         away = np.ones(shape, np.uint8)
         cv2.fillConvexPoly(away, cv2.convexHull(foot), 0, shift=SUBTEXEL_BITS)
-        distance = cv2.distanceTransform(away, cv2.DIST_L2, 5) / np.float32(self._scale[0] * _contact_reach_m(points))
-        depth = CONTACT_SHADE * np.exp(-points[:, 2].min() / CONTACT_GAP_M)
-        shade = np.float32(depth) * np.clip(np.exp(-distance) - np.float32(np.exp(-4.0)), 0, None)
-        return np.asarray(1 - shade, np.float32)
+        distance = cv2.distanceTransform(away, cv2.DIST_L2, 5)
+        near = np.asarray(cv2.exp(distance * np.float32(-1 / (self._scale[0] * reach_m))), np.float32)
+        depth = CONTACT_SHADE * math.exp(-bottom_m / CONTACT_GAP_M)
+        return np.asarray(1 - np.float32(depth) * np.maximum(near - np.float32(math.exp(-4.0)), 0), np.float32)
 
     def _overlap(self, window: Window, other: Window, shade: Shade) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
         """Return where two windows meet: in the picture, and in the shade."""
@@ -238,21 +266,24 @@ def _around(texels: NDArray[np.int32], margin: int) -> tuple[Window, NDArray[np.
     return (r0, r1, c0, c1), np.array([c0, r0], np.int32) << SUBTEXEL_BITS
 
 
-def _contact_reach_m(points: Array) -> float:
-    return min(CONTACT_REACH_M, 0.02 + CONTACT_REACH * float(np.ptp(points[:, 2])))
-
-
-def _rays(lighting: Lighting) -> Array:
-    """Return the lights' rays (k, 4) for `shadow_outlines`: four to each floodlight, then four to each lamp."""
-    floods = [(*ray, 0.0) for flood in lighting.scenario.look.floods for ray in flood_rays(flood)]
-    half = LAMP_SIZE_M / 2
-    lamps = [(x + dx * half, y + dy * half, z, 1.0) for x, y, z in lighting.lamps for dx, dy in CORNERS]
-    return np.array([*floods, *lamps])
+def _contact_reach_m(bottom_m: float, top_m: float) -> float:
+    return min(CONTACT_REACH_M, 0.02 + CONTACT_REACH * (top_m - bottom_m))
 
 
 def _contributions(lighting: Lighting, x: Array, y: Array) -> NDArray[np.float32]:
     """Return what each light gives to open floor (lights, h, w) at x (w,) and y (h,)."""
-    shape = len(y), len(x)
-    floods = [np.full(shape, flood.share, np.float32) for flood in lighting.scenario.look.floods]
-    lamps = [np.float32(lighting.lamp_share) * lamp_on_floor(x, y, place) for place in lighting.lamps]
-    return np.array([*floods, *lamps], np.float32)
+    floods, lamps = lighting.scenario.look.floods, _lamps_on_floor(x.tobytes(), y.tobytes(), lighting.lamp_height_m)
+    parts = np.empty((len(floods) + len(lamps), len(y), len(x)), np.float32)
+    for part, flood in zip(parts, floods, strict=False):
+        part.fill(flood.share)
+    np.multiply(lamps, np.float32(lighting.lamp_share), out=parts[len(floods) :])
+    return parts
+
+
+@lru_cache(maxsize=4)
+def _lamps_on_floor(x: bytes, y: bytes, height_m: float) -> NDArray[np.float32]:
+    """Return each lamp's part of the lamps' share (lamps, h, w): the same in every arena of a size."""
+    places = [np.array([*place, height_m]) for place in LAMP_GRID]
+    lamps = np.array([lamp_on_floor(np.frombuffer(x), np.frombuffer(y), place) for place in places], np.float32)
+    lamps.setflags(write=False)
+    return lamps

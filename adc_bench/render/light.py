@@ -28,8 +28,10 @@ HALL_M2 = 300.0  # the flux that lands on the hall's floor is spread over about 
 UPRIGHT_LOSS = 0.5  # of a floodlight's beam
 LAMP_GAIN_M2 = HALL_M2 / len(LAMP_GRID) / math.pi
 LAMP_SOFT_M2 = 0.25  # a lamp is no point
+FAINT = 0.006  # of the lamps' share on the open floor: about a step of 255 of all light
 TUNNEL_FLOOR_SHARE = 0.015  # light deep inside, relative to outside
 TUNNEL_REACH_M = 0.7  # e-folding depth of daylight behind an opening
+ROAD_TEXELS = 4  # of the floor's light; between them the place on the road is taken to change evenly
 MOUTH_M, MOUTH_REACH_M = 1.5, 0.25  # how far before a mouth the tunnel takes light away; e-folding length
 GROUND_SHADE, GROUND_REACH_M = 0.3, 0.12  # upright surfaces are darker near the floor
 
@@ -95,6 +97,31 @@ class Lighting:
         return Outlines.of([solid for solid in self.scenario.solids if solid.kind not in ("wall", "poster")])
 
     @cached_property
+    def rays(self) -> Array:
+        """The lights' rays (k, 4) for `shadow_points`: four to each floodlight, then four to each lamp."""
+        floods = [(*ray, 0.0) for flood in self.scenario.look.floods for ray in flood_rays(flood)]
+        half = LAMP_SIZE_M / 2
+        lamps = [(x + dx * half, y + dy * half, z, 1.0) for x, y, z in self.lamps for dx, dy in CORNERS]
+        return np.array([*floods, *lamps])
+
+    def casts(self, outlines: Outlines) -> NDArray[np.bool_]:
+        """Return whether each of `rays` and each solid (k, n) make a shadow on the floor.
+
+        What a tunnel takes from the lamps is in the openness, and a far lamp's light is too faint to be missed.
+        """
+        x, y, _ = outlines.points.T
+        faint = [lamp_share_at(x, y, place) < FAINT for place in self.lamps]
+        lamps = np.logical_or.reduceat(~np.array(faint), outlines.starts[:-1], axis=1)
+        lamps &= [solid.kind != "tunnel" for solid in outlines.solids]
+        floods = np.ones((len(self.scenario.look.floods), len(outlines.solids)), bool)
+        return np.repeat(np.concatenate([floods, lamps]), len(CORNERS), axis=0)
+
+    @cached_property
+    def standing_shadows(self) -> Array:
+        """Where the shadows of `standing`'s points fall on the floor (k, n, 2) by each of `rays`."""
+        return self.standing.shadows(self.rays)
+
+    @cached_property
     def _blockers(self) -> Blockers:
         return Blockers.of(self.standing.solids)
 
@@ -113,19 +140,56 @@ class Lighting:
         openness = np.ones(len(points))
         if self._tunnel is None:
             return openness
-        spec, (centre, s0, s1, half) = self.scenario.arena_spec, self._tunnel
         near = _within(points, self._tunnel_box)
-        if not len(near):
+        if len(near):
+            low = points[near, 2] < self.scenario.arena_spec.tunnel_height_m
+            openness[near] = np.where(low, self._low_openness(*self._on_road(points[near, :2])), 1.0)
+        return openness
+
+    def openness_on_floor(self, x: Array, y: Array) -> NDArray[np.float32]:
+        """Return `openness` on the floor (h, w) at evenly spaced x (w,) and y (h,).
+
+        Where on the road a texel is changes evenly, so that is computed for every fourth one each way.
+        """
+        openness = np.ones((len(y), len(x)), np.float32)
+        if self._tunnel is None:
             return openness
-        s, offset = centre.project(points[near, :2], around_s_m=(s0 + s1) / 2, window_m=(s1 - s0) / 2 + MOUTH_M)
-        low = points[near, 2] < spec.tunnel_height_m
-        inside = low & (np.abs(offset) < half) & (s > s0) & (s < s1)
+        x0, y0, x1, y1 = self._tunnel_box
+        columns, rows = np.flatnonzero((x > x0) & (x < x1)), np.flatnonzero((y > y0) & (y < y1))
+        if len(columns) and len(rows):
+            across, down = x[columns], y[rows]
+            shape = -(-len(down) // ROAD_TEXELS) + 1, -(-len(across) // ROAD_TEXELS) + 1
+            coarse = [np.linspace(at[0], at[-1], n) for at, n in ((across, shape[1]), (down, shape[0]))]
+            places = np.stack(np.meshgrid(*coarse), axis=2).reshape(-1, 2)
+            s, offset = (
+                _between(of_road.reshape(shape), (len(down), len(across))) for of_road in self._on_road(places)
+            )
+            openness[np.ix_(rows, columns)] = self._low_openness(s, offset)
+        return openness
+
+    def _on_road(self, points: Array) -> tuple[Array, Array]:
+        """Return where along the road points (n, 2) about the tunnel are, without a jump at the lap's end, and how far
+        from its middle.
+        """
+        assert self._tunnel
+        centre, s0, s1, _ = self._tunnel
+        middle, half_lap = (s0 + s1) / 2, centre.length_m / 2
+        s, offset = centre.project(points, around_s_m=middle, window_m=(s1 - s0) / 2 + MOUTH_M)
+        through = (s - middle + half_lap) % centre.length_m + middle - half_lap
+        return through, np.abs(offset)
+
+    def _low_openness(self, s: Array, offset: Array) -> Array:
+        """Return the openness lower than the tunnel's roof, at places of the road."""
+        assert self._tunnel
+        centre, s0, s1, half = self._tunnel
+        s = s % centre.length_m  # what lies past the lap's end counts as outside
+        inside = (offset < half) & (s > s0) & (s < s1)
         daylight = 0.5 * (np.exp(-(s - s0) / TUNNEL_REACH_M) + np.exp(-(s1 - s) / TUNNEL_REACH_M))
         before = np.maximum(s0 - s, s - s1)
         lost = (0.5 - TUNNEL_FLOOR_SHARE) * np.exp(-before / MOUTH_REACH_M)
-        lost *= np.exp(-np.maximum(np.abs(offset) - half, 0.0) / MOUTH_REACH_M)
-        at_mouth = np.where(low & (before > 0) & (before < MOUTH_M), 1.0 - lost, 1.0)
-        openness[near] = np.where(inside, TUNNEL_FLOOR_SHARE + daylight, at_mouth)
+        lost *= np.exp(-np.maximum(offset - half, 0.0) / MOUTH_REACH_M)
+        at_mouth = np.where((before > 0) & (before < MOUTH_M), 1.0 - lost, 1.0)
+        openness: Array = np.where(inside, TUNNEL_FLOOR_SHARE + daylight, at_mouth)
         return openness
 
     @cached_property
@@ -146,6 +210,19 @@ class Lighting:
         reach = half + MOUTH_M
         (x0, y0), (x1, y1) = way.min(axis=0) - reach, way.max(axis=0) + reach
         return float(x0), float(y0), float(x1), float(y1)
+
+
+def _between(coarse: Array, shape: tuple[int, int]) -> Array:
+    """Return values (h, w) between those at the corners and evenly between them (rows, columns)."""
+    (rows, columns), (height, width) = coarse.shape, shape
+    scale_x, scale_y = ((few - 1) / max(many - 1, 1) for few, many in ((columns, width), (rows, height)))
+    column, row = np.arange(width) * scale_x, np.arange(height) * scale_y
+    left, top = np.minimum(column.astype(int), columns - 2), np.minimum(row.astype(int), rows - 2)
+    right, low = column - left, (row - top)[:, None]
+    upper, lower = coarse[top], coarse[top + 1]
+    rows_between = upper + low * (lower - upper)
+    between: Array = rows_between[:, left] + right * (rows_between[:, left + 1] - rows_between[:, left])
+    return between
 
 
 def _within(points: Array, box: tuple[float, float, float, float]) -> NDArray[np.intp]:
@@ -186,9 +263,14 @@ def lamp(points: Array, normals: Array, place: Array) -> Array:
 
 def lamp_on_floor(x: Array, y: Array, place: Array) -> NDArray[np.float32]:
     """Return `lamp` on the open floor (h, w) at x (w,) and y (h,), in a tenth of the time."""
+    return lamp_share_at(x, y[:, None], place)
+
+
+def lamp_share_at(x: Array, y: Array, place: Array) -> NDArray[np.float32]:
+    """Return `lamp` on the open floor at x and y of any shapes that go together."""
     lx, ly, lz = place
     across, along = ((x - lx) ** 2).astype(np.float32), ((y - ly) ** 2 + lz**2 + LAMP_SOFT_M2).astype(np.float32)
-    square = along[:, None] + across
+    square = along + across
     return np.asarray(np.float32(lz**2 * LAMP_GAIN_M2) / (square * square), np.float32)
 
 

@@ -1,6 +1,7 @@
 """What a glossy floor mirrors: the lit hall as a small blurred picture, seen from the middle of its floor."""
 
 import math
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -12,7 +13,7 @@ from adc_bench.render.parts import Light
 from adc_bench.render.textures import WALL_KINDS
 
 Array = NDArray[np.float64]
-SIDE = 96
+SIDE, SMOOTH_SIDE = 96, 32
 BLUR_TEXELS = 2.0
 WALL_SECOND_SHARE = 0.3  # of a wall's second colour, about
 WINDOW_RADIANCE, WINDOW_WIDTH_RAD, WINDOW_LOW_M, WINDOW_HIGH_M = 4.0, 0.10, 1.2, 3.4
@@ -24,27 +25,30 @@ def hall_mirror(lighting: Lighting) -> Light:
     Texture coordinates are d.xy / (1 + d.z) / 2 + 1/2, so that the rim is level. Walls, ceiling, lamps, and a bright
     window where each floodlight's light comes from.
     """
-    points, side, normals = _seen(lighting, SIDE // 2)
+    half, height_m = hall_bounds(lighting.scenario)[2:], lighting.scenario.arena_spec.hall_height_m
+    points, side, normals = _seen(half, height_m, SMOOTH_SIDE)
     light = (lighting.irradiance(points, normals) * _albedo(lighting, side)).astype(np.float32)
-    smooth = cv2.resize(light.reshape(SIDE // 2, SIDE // 2, 3), (SIDE, SIDE))  # the lamps and windows are not
-    points, side, _ = _seen(lighting, SIDE)
+    smooth = cv2.resize(light.reshape(SMOOTH_SIDE, SMOOTH_SIDE, 3), (SIDE, SIDE))  # the lamps and windows are not
+    points, side, _ = _seen(half, height_m, SIDE)
     shine = _lamps(lighting, points, side) + _windows(lighting, points, side)
     radiance = smooth + shine.reshape(SIDE, SIDE, 3).astype(np.float32)
     picture = cv2.GaussianBlur(radiance, (0, 0), BLUR_TEXELS)
     return np.asarray(np.insert(picture, 3, 0, axis=2), np.float32)
 
 
-def _seen(lighting: Lighting, side_texels: int) -> tuple[Array, NDArray[np.intp], Array]:
+@lru_cache(maxsize=4)
+def _seen(half_m: tuple[float, float], height_m: float, side_texels: int) -> tuple[Array, NDArray[np.intp], Array]:
     """Return the points (n, 3) of the hall that are seen, which wall, 0 or 1, or ceiling, 2, it is, and the normals."""
     v, u = np.meshgrid(*[(np.arange(side_texels) + 0.5) / side_texels * 2 - 1] * 2, indexing="ij")
     square = np.minimum(u**2 + v**2, 0.999)
     rays = np.stack([2 * u, 2 * v, 1 - square], axis=2).reshape(-1, 3) / (1 + square).reshape(-1, 1)
-    spec = lighting.scenario.arena_spec
-    half = np.array(hall_bounds(lighting.scenario)[2:])
-    walls = half / np.maximum(np.abs(rays[:, :2]), 1e-6)
-    ways = np.column_stack([walls, spec.hall_height_m / np.maximum(rays[:, 2], 1e-6)])
+    walls = np.array(half_m) / np.maximum(np.abs(rays[:, :2]), 1e-6)
+    ways = np.column_stack([walls, height_m / np.maximum(rays[:, 2], 1e-6)])
     side, points = ways.argmin(axis=1), rays * ways.min(axis=1, keepdims=True)
-    return points, side, -np.sign(rays) * (np.arange(3) == side[:, None])
+    normals = -np.sign(rays) * (np.arange(3) == side[:, None])
+    for array in (points, side, normals):
+        array.setflags(write=False)
+    return points, side, normals
 
 
 def _albedo(lighting: Lighting, side: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -54,9 +58,12 @@ def _albedo(lighting: Lighting, side: NDArray[np.intp]) -> NDArray[np.float64]:
 
 
 def _lamps(lighting: Lighting, points: NDArray[np.float64], side: NDArray[np.intp]) -> NDArray[np.float64]:
-    near = [np.abs(points[:, :2] - place).max(axis=1) < LAMP_SIZE_M / 2 for place in LAMP_GRID]
+    up = np.flatnonzero(side == 2)
+    near = [np.abs(points[up, :2] - place).max(axis=1) < LAMP_SIZE_M / 2 for place in LAMP_GRID]
+    seen = np.zeros((len(points), 1))
+    seen[up, 0] = np.any(near, axis=0)
     glow = LAMP_RADIANCE * lighting.lamp_share * lighting.level
-    lamps: NDArray[np.float64] = ((side == 2) & np.any(near, axis=0))[:, None] * glow * lighting.warm
+    lamps: NDArray[np.float64] = seen * glow * lighting.warm
     return lamps
 
 

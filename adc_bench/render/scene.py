@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from adc_bench.geometry import ROTATION_BODY_OPTICAL, Pose3
 from adc_bench.render.arena_parts import ArenaParts, floor_lights, screen_part
+from adc_bench.render.floor_light import Placed
 from adc_bench.render.light import Lighting
 from adc_bench.render.materials import (
     baked_material,
@@ -85,7 +86,8 @@ class FastScene:
 
     def _built(self) -> Iterator[None]:
         lighting, floors = Lighting(scenario=self.scenario), []
-        for floor in floor_lights(lighting):
+        bodies = self._newly_lit(self._bodies)
+        for floor in floor_lights(lighting, bodies):
             floors.append(floor)
             yield
         self._arena = ArenaParts(scenario=self.scenario, lighting=lighting, floors=(floors[0], floors[1]))
@@ -103,7 +105,7 @@ class FastScene:
             self._add_body(body)
         self._add_robot(moving_robot(self.scenario))
         yield
-        self._relight(self._bodies)
+        self._light_bodies(bodies)
 
     def remove(self) -> None:
         """Take everything out of the scene."""
@@ -195,6 +197,16 @@ class FastScene:
 
         Returns their names.
         """
+        changed = self._newly_lit(names)
+        self._light_bodies(changed)
+        if changed:
+            for floor, texture in zip(self._arena.floors, self._floor_light, strict=True):
+                if floor.place(changed):
+                    texture.upload(floor.picture)
+        return changed
+
+    def _newly_lit(self, names: Collection[str]) -> Placed:
+        """Return those of the bodies whose pose on the light's grid has changed, and take note of it."""
         poses = {name: lit_pose(self._poses[name]) for name in names}
         changed = {
             name: (self._bodies[name].solids, pose)
@@ -202,16 +214,14 @@ class FastScene:
             if name not in self._lit or not same_pose(pose, self._lit[name])
         }
         self._lit.update({name: pose for name, (_, pose) in changed.items()})
-        bodies = [(name, self._bodies[name].atlas) for name in changed]
+        return changed
+
+    def _light_bodies(self, names: Collection[str]) -> None:
+        bodies = [(name, self._bodies[name].atlas) for name in names]
         light = self._light_of([atlas.samples.moved(self._lit[name]) for name, atlas in bodies])
         for (name, atlas), picture in zip(bodies, light, strict=True):
             assert picture is not None
             self._body_light[name].upload(lit(atlas.albedo, picture))
-        if changed:
-            for floor, texture in zip(self._arena.floors, self._floor_light, strict=True):
-                if floor.place(changed):
-                    texture.upload(floor.picture)
-        return changed
 
     def _hang_tapes(self, torn: frozenset[str], moved: Collection[str]) -> None:
         """Hang the tapes whose cones have moved, and take down the torn ones."""

@@ -22,63 +22,60 @@ TOP_M = 3.0  # what flies higher throws its shadow from here
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Blocker:
-    """A box that casts a shadow: centre (3,), axes as columns (3, 3), half size (3,), bounding radius."""
-
-    centre: Array
-    rotation: Array
-    half: Array
-    radius_m: float
-
-    @classmethod
-    def of(cls, solid: Solid) -> "Blocker":
-        """Return the solid as a blocker."""
-        pose, half = solid.pose_world_solid(), np.array(solid.size_m) / 2
-        half[:2] *= ROUND_SHARE[solid.shape]
-        return cls(centre=pose.translation_m, rotation=pose.rotation, half=half, radius_m=float(np.linalg.norm(half)))
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Blockers:
-    """Boxes in the light's way, their centres (n, 3) and bounding radii (n,) at hand."""
+    """Boxes that cast shadows: centres (n, 3), axes as columns (n, 3, 3), half sizes (n, 3), bounding radii (n,)."""
 
-    each: Sequence[Blocker]
     centres: Array
+    rotations: Array
+    halves: Array
     radii: Array
 
     @classmethod
     def of(cls, solids: Sequence[Solid]) -> "Blockers":
         """Return the solids as blockers."""
-        each = [Blocker.of(solid) for solid in solids]
-        centres = np.array([blocker.centre for blocker in each]).reshape(-1, 3)
-        return cls(each=each, centres=centres, radii=np.array([blocker.radius_m for blocker in each]))
+        shares = np.array([(ROUND_SHARE[solid.shape],) * 2 + (1.0,) for solid in solids]).reshape(-1, 3)
+        halves = np.array([solid.size_m for solid in solids]).reshape(-1, 3) / 2 * shares
+        return cls(
+            centres=np.array([solid.centre_m for solid in solids]).reshape(-1, 3),
+            rotations=np.array([solid.pose_world_solid().rotation for solid in solids]).reshape(-1, 3, 3),
+            halves=halves,
+            radii=np.sqrt((halves**2).sum(axis=1)),
+        )
 
 
 def shadowed(points: Array, towards: Array, blockers: Blockers) -> NDArray[np.bool_]:
     """Return for each of some rays (k, 3) that point nearly the same way, towards a far light, and each point (n, 3)
-    whether a box stands in the ray's way (k, n): a slab test, culled by the boxes' bounding spheres.
+    whether a box stands in the ray's way (k, n): a slab test of the pairs of box and point that are near each other.
     """
     hit = np.zeros((len(towards), len(points)), bool)
-    if not blockers.each or not len(points):
-        return hit
-    axes, spread = _along(towards)
-    u, v, w = np.einsum("ij,kj->ki", points, axes)
-    centres, radii = np.einsum("ij,kj->ki", blockers.centres, axes), blockers.radii
-    reach = radii + spread * np.maximum(centres[2] + radii - w.min(), 0)
-    near_u = (centres[0] + reach > u.min()) & (centres[0] - reach < u.max())
-    near_v = (centres[1] + reach > v.min()) & (centres[1] - reach < v.max())
-    for k in np.flatnonzero(near_u & near_v & (centres[2] + radii > w.min())).tolist():
-        cu, cv, cw = centres[:, k].tolist()
-        ahead = cw - w
-        within = radii[k] + spread * np.abs(ahead)
-        near = ((u - cu) ** 2 + (v - cv) ** 2 < within * within) & (ahead > -radii[k])
-        (some,) = near.nonzero()
-        if len(some):
-            blocker = blockers.each[k]
-            local = np.einsum("ij,jk->ki", points[some] - blocker.centre, blocker.rotation)
-            rays = np.einsum("ij,jk->ki", towards, blocker.rotation)
-            hit[:, some] |= _rays_meet_box(local, np.where(np.abs(rays) < 1e-12, 1e-12, rays), blocker.half)
+    if len(blockers.radii) and len(points):
+        box, point = _near_pairs(points, towards, blockers)
+        pair, ray = _rays_meet_boxes(points[point], towards, blockers, box).nonzero()
+        hit[ray, point[pair]] = True
     return hit
+
+
+def _near_pairs(points: Array, towards: Array, blockers: Blockers) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return pairs of box and point (m,), (m,) where the box's bounding sphere is near a ray of the point's."""
+    axes, spread = _along(towards)
+    seen = np.einsum("ij,kj->ki", points, axes).astype(np.float32)
+    by_u = np.argsort(seen[0])
+    u, v, w = seen[:, by_u]
+    centres, radii = (
+        np.einsum("ij,kj->ki", blockers.centres, axes).astype(np.float32),
+        blockers.radii.astype(np.float32),
+    )
+    reach = radii + np.float32(spread) * np.maximum(centres[2] + radii - w.min(), 0)
+    first = np.searchsorted(u, centres[0] - reach)
+    count = np.searchsorted(u, centres[0] + reach) - first
+    count[(centres[1] + reach < v.min()) | (centres[1] - reach > v.max()) | (centres[2] + radii < w.min())] = 0
+    box = np.repeat(np.arange(len(radii)), count)
+    place = np.arange(len(box)) + np.repeat(first - (np.cumsum(count) - count), count)
+    ahead = centres[2][box] - w[place]
+    within = radii[box] + np.float32(spread) * np.abs(ahead)
+    off = (u[place] - centres[0][box]) ** 2 + (v[place] - centres[1][box]) ** 2
+    near = np.flatnonzero((off < within * within) & (ahead > -radii[box]))
+    return box[near], by_u[place[near]]
 
 
 def _along(rays: Array) -> tuple[Array, float]:
@@ -90,13 +87,20 @@ def _along(rays: Array) -> tuple[Array, float]:
     return axes, 1.01 * float((np.hypot(*sideways.T) / ahead).max())
 
 
-def _rays_meet_box(origins: Array, rays: Array, half: Array) -> NDArray[np.bool_]:
-    """Return whether rays (3, k) from points (3, n) meet the box of half size (3,) about the origin, ahead (k, n)."""
-    middle, reach = origins[:, None] * (-1 / rays)[..., None], (half[:, None] / np.abs(rays))[..., None]
-    enter, leave = middle - reach, middle + reach
-    first = np.maximum(np.maximum(enter[0], enter[1]), enter[2])
-    last = np.minimum(np.minimum(leave[0], leave[1]), leave[2])
-    meets: NDArray[np.bool_] = last > np.maximum(first, 1e-6)
+def _rays_meet_boxes(points: Array, towards: Array, blockers: Blockers, box: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return whether rays (k, 3) from points (m, 3) meet each point's box (m,), ahead (m, k)."""
+    rays = np.einsum("nij,ki->nkj", blockers.rotations, towards)
+    slow = (-1 / np.where(np.abs(rays) < 1e-12, 1e-12, rays)).astype(np.float32)
+    reach = blockers.halves[:, None].astype(np.float32) * np.abs(slow)
+    away = (points - blockers.centres[box]).astype(np.float32)
+    local = np.einsum("mi,mij->mj", away, blockers.rotations.astype(np.float32)[box])
+    first = np.full((len(box), len(towards)), np.float32(1e-6))
+    last = np.full_like(first, np.inf)
+    for axis in range(3):
+        middle, half = local[:, axis, None] * slow[box, :, axis], reach[box, :, axis]
+        np.maximum(first, middle - half, out=first)
+        np.minimum(last, middle + half, out=last)
+    meets: NDArray[np.bool_] = last > first
     return meets
 
 
@@ -108,6 +112,15 @@ def _extremes(shape: Shape) -> Array:
     angle = 2 * np.pi * np.arange(12) / 12
     ring = np.stack([np.cos(angle), np.sin(angle), np.full(12, -1.0)], axis=1)
     return np.vstack([ring, [[0.0, 0.0, 1.0]] if shape == "cone" else ring * (1, 1, -1)])
+
+
+@lru_cache(maxsize=64)
+def _extremes_of(solids: tuple[Solid, ...]) -> tuple[Array, Sequence[int]]:
+    """Return points (n, 3) around solids in their common frame, where each one's begin, and n."""
+    each = [solid.pose_world_solid().transform(_extremes(solid.shape) * np.array(solid.size_m) / 2) for solid in solids]
+    points = np.concatenate(each) if each else np.empty((0, 3))
+    points.setflags(write=False)
+    return points, tuple(np.cumsum([0, *map(len, each)]).tolist())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,14 +140,19 @@ class Outlines:
     @classmethod
     def of(cls, solids: Sequence[Solid], pose_world_body: Pose3 | None = None) -> "Outlines":
         """Return the outlines of solids whose frame is the world or, if its pose is given, a body's."""
-        each = [
-            solid.pose_world_solid().transform(_extremes(solid.shape) * np.array(solid.size_m) / 2) for solid in solids
-        ]
-        points = np.concatenate(each) if each else np.empty((0, 3))
+        points, starts = _extremes_of(tuple(solids))
         if pose_world_body is not None:
             points = pose_world_body.transform(points)
-        points[:, 2] = np.clip(points[:, 2], 0.0, TOP_M)
-        return cls(solids=solids, points=points, starts=np.cumsum([0, *map(len, each)]).tolist())
+        clipped = points.copy()
+        clipped[:, 2] = np.clip(points[:, 2], 0.0, TOP_M)
+        return cls(solids=solids, points=clipped, starts=starts)
+
+    @property
+    def heights_m(self) -> list[tuple[float, float]]:
+        """Each solid's bottom and top."""
+        z = self.points[:, 2]
+        bottoms, tops = np.minimum.reduceat(z, self.starts[:-1]), np.maximum.reduceat(z, self.starts[:-1])
+        return list(zip(bottoms.tolist(), tops.tolist(), strict=True))
 
     def each(self, of_points: NDArray[Any]) -> list[NDArray[Any]]:
         """Return an array (n, ...) cut into one of each solid."""
@@ -160,10 +178,10 @@ def shadow_points(points: Array, lights: Array) -> Array:
         points: (n, 3), not below the floor.
         lights: (k, 4) homogeneous: a lamp's place with a 1, or the direction towards a far light with a 0.
     """
-    height = points[None, :, 2]
-    far = lights[:, 3:] == 0
+    height, near = points[None, :, 2], lights[:, 3:]
     # along the ray from the light through the point, down to the floor
-    run = np.where(far, height / np.where(far, lights[:, 2:3], 1.0), height / (lights[:, 2:3] - height))
-    level = lights[:, None, :2] - lights[:, None, 3:] * points[None, :, :2]
-    shadows: Array = points[None, :, :2] - run[:, :, None] * level
+    run = height / (lights[:, 2:3] - near * height)
+    level = lights[:, None, :2] - near[:, :, None] * points[None, :, :2]
+    level *= run[:, :, None]
+    shadows: Array = np.subtract(points[None, :, :2], level, out=level)
     return shadows
