@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import shapely
 
 from adc_bench.world.arena import ArenaSpec, gantry_solids
-from adc_bench.world.course import Course
+from adc_bench.world.course import Course, CourseSpec
 from adc_bench.world.drawing import works_floor
 from adc_bench.world.furniture import (
     CABINETS,
@@ -61,13 +62,21 @@ def draw_furniture(
 
 def kept_clear(course: Course, arena: ArenaSpec, layout: Layout, signs: Sequence[VerticalSign]) -> shapely.Geometry:
     """Return the floor on which no furniture may stand: the road and all within it, and room round everything else."""
-    outline = shapely.Polygon(course.outer_edge.sample(0.1)[:, :2])
     things = [shapely.Point(sign.x_m, sign.y_m) for sign in signs]
-    things += [shapely.Point(solid.centre_m[:2]) for solid in gantry_solids(arena, course)]
     things += [shapely.Point(box.x_m, box.y_m).buffer(0.43) for box in layout.boxes]
-    things += [shapely.box(*shapely.total_bounds(bay_paint(course.spec.bay, course.kerb_y_m)))]
     if layout.works:
         things.append(works_floor(layout.works))
+    always = _always_clear(course.spec, arena)
+    return shapely.union_all([always, *(thing.buffer(THING_MARGIN_M) for thing in things)])
+
+
+@lru_cache(maxsize=4)
+def _always_clear(spec: CourseSpec, arena: ArenaSpec) -> shapely.Geometry:
+    """Return what is kept clear whatever the layout: the road and all within it, room round gantry and bays."""
+    course = Course(spec=spec)
+    outline = shapely.Polygon(course.outer_edge.sample(0.1)[:, :2])
+    things = [shapely.Point(solid.centre_m[:2]) for solid in gantry_solids(arena, course)]
+    things += [shapely.box(*shapely.total_bounds(bay_paint(spec.bay, course.kerb_y_m)))]
     return shapely.union_all(
         [
             outline.buffer(ROAD_MARGIN_M),

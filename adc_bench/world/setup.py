@@ -1,5 +1,6 @@
 """From the name of a layout to the layout: read from a file, or drawn."""
 
+from functools import lru_cache
 from typing import Literal, get_args
 
 import numpy as np
@@ -63,7 +64,7 @@ def draw_layout(name: str, course: Course, rng: np.random.Generator, *, signs: b
     Raises:
         InputError: as `load_layout`.
     """
-    taken = shapely.union_all([_gantry_floor(course), *([_sign_floor(course.spec)] if signs else [])])
+    taken = _fixed_floor(course.spec, signs=signs)
     if name == "random_tunnel":
         return Layout(name=name, tunnel=draw_loop_tunnel(course, taken, rng), signs=signs)
     if name == "crosswalk_tunnel":
@@ -119,19 +120,16 @@ def set_up(
 
 def _draw_all(name: str, course: Course, rng: np.random.Generator) -> Layout:
     works = draw_works(course, rng)
-    taken = shapely.union(_gantry_floor(course), works_floor(works))
+    taken = shapely.union(_fixed_floor(course.spec, signs=False), works_floor(works))
     tunnel = draw_loop_tunnel(course, taken, rng)
     boxes = draw_boxes(course, shapely.union(taken, tunnel_floor(course, tunnel)), rng)
     return Layout(name=name, works=works, tunnel=tunnel, boxes=boxes)
 
 
-def _gantry_floor(course: Course) -> shapely.Geometry:
-    posts = extents([solid for solid in gantry_solids(ArenaSpec(), course) if "post" in solid.name])
-    return shapely.union_all([posts.footprint(k) for k in range(len(posts.owner))])
-
-
-def _sign_floor(spec: CourseSpec) -> shapely.Geometry:
-    """Return what the signs cover, boards included, whichever stands where."""
-    signs = draw_signs(spec, stream(0, "signs"))
-    things = extents([solid for sign in signs for solid in sign_solids(sign)])
+@lru_cache(maxsize=8)
+def _fixed_floor(spec: CourseSpec, *, signs: bool) -> shapely.Geometry:
+    """Return what the gantry's posts cover, and the signs, boards included, whichever stands where."""
+    posts = [solid for solid in gantry_solids(ArenaSpec(), Course(spec=spec)) if "post" in solid.name]
+    boards = [solid for sign in draw_signs(spec, stream(0, "signs")) for solid in sign_solids(sign)] if signs else []
+    things = extents([*posts, *boards])
     return shapely.union_all([things.footprint(k) for k in range(len(things.owner))])
