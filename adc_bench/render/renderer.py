@@ -119,7 +119,8 @@ class ArenaRenderer:
 
     def set_panel(self, sign: PanelSign) -> None:
         """Switch both panels."""
-        self._each(lambda arena: arena.show(sign))
+        if sign != self._arena.sign:
+            self._each(lambda arena: arena.show(sign))
 
     def place(self, bodies: Mapping[str, Pose3], torn: Collection[str] = ()) -> None:
         """Move bodies to these poses and hide torn tapes; only what has really moved costs time."""
