@@ -26,7 +26,7 @@ USUAL_SHUTTER_S = 1 / 60  # what a camera without blur draws its noise by
 METERED_ROBOT = np.array([[x, y, 0.0] for x in (0.6, 1.1, 1.6) for y in (-0.4, 0.0, 0.4)])
 WAY_BACK_STEP_S, WAY_BACK_LAGS = 0.1, 3.0
 
-Irradiance = Callable[[NDArray[np.float64]], float]
+Irradiance = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 class Metered(msgspec.Struct, frozen=True, kw_only=True):
@@ -41,9 +41,11 @@ def exposure_for(look: Look, irradiance: float) -> float:
     return WHITE_PAINT / 0.8 / max(irradiance, DARKEST_LUX / UNIT_LUX) * math.pow(2.0, look.exposure_bias_ev)
 
 
-def settled(look: Look, floor_irradiance: Irradiance, pose_world_robot: Pose3) -> float:
-    """Return the exposure that the light on the floor before the robot leads to."""
-    return exposure_for(look, floor_irradiance(pose_world_robot.transform(METERED_ROBOT)[:, :2]))
+def settled(look: Look, floor_irradiance: Irradiance, poses_world_robot: Sequence[Pose3]) -> list[float]:
+    """Return the exposures that the light on the floor before the robot leads to, pose by pose."""
+    points = np.concatenate([pose.transform(METERED_ROBOT)[:, :2] for pose in poses_world_robot])
+    irradiance = floor_irradiance(points).reshape(len(poses_world_robot), -1).mean(axis=1)
+    return [exposure_for(look, light) for light in irradiance.tolist()]
 
 
 def seen_floor(camera: Camera, pose_world_camera: Pose3) -> NDArray[np.float64]:

@@ -155,13 +155,16 @@ class ArenaRenderer:
 
     def exposure(self, pose_world_robot: Pose3) -> float:
         """Return the exposure that the light on the floor before the robot leads to in the end."""
-        return settled(self._scenario.look, self._arena.floor_irradiance, pose_world_robot)
+        (settled_now,) = settled(self._scenario.look, self._arena.floor_irradiance, [pose_world_robot])
+        return settled_now
 
     def exposure_on_the_way(self, camera_name: str, pose_world_robot: Pose3, motion: Motion = STILL) -> float:
         """Return the exposure of a camera on a robot that came to a pose at this motion."""
         lag_s, now = self.rig.camera(camera_name).imaging.exposure_lag_s, None
-        for time_s, pose in way_back(pose_world_robot, motion, lag_s):
-            now = follow(now, self.exposure(pose), time_s, lag_s)
+        times_s, poses = zip(*way_back(pose_world_robot, motion, lag_s), strict=True)
+        wanted = settled(self._scenario.look, self._arena.floor_irradiance, poses)
+        for time_s, exposure in zip(times_s, wanted, strict=True):
+            now = follow(now, exposure, time_s, lag_s)
         assert now
         return now.exposure
 
@@ -255,7 +258,7 @@ class ArenaRenderer:
                 self._free.remove()
             self._free = self._view(camera)
         floor = seen_floor(camera, pose_world_camera)
-        exposure = exposure_for(self._scenario.look, self._arena.floor_irradiance(floor))
+        exposure = exposure_for(self._scenario.look, float(self._arena.floor_irradiance(floor).mean()))
         robot, visible = pose_world_robot or NOWHERE, pose_world_robot is not None
         self._each(lambda arena: arena.place_robot(robot, visible=visible))
         self._free.take(pose_world_camera, exposure * white_gains(self._scenario.look, FREE_IMAGING))

@@ -147,9 +147,9 @@ class FastScene:
         """What is labelled in this scene, with the sign shown now, where the bodies are now."""
         return targets_of(self.scenario, self.sign, self._poses)
 
-    def floor_irradiance(self, points_world: NDArray[np.float64]) -> float:
-        """Return the mean irradiance of the floor at points (n, 2), by the green channel."""
-        return float(self._arena.floors[0].at(points_world)[:, 1].mean())
+    def floor_irradiance(self, points_world: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the irradiance (n,) of the floor at points (n, 2), by the green channel."""
+        return self._arena.floors[0].at(points_world)[:, 1]
 
     def _add(self, mesh: Mesh, material: sapien.render.RenderMaterial) -> sapien.Entity:
         entity = entity_of(mesh, material)
