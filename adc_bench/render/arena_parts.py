@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from adc_bench.world.scenario import Scenario
 from adc_bench.world.signs import BOARD_M, board_outline
 from adc_bench.world.solids import Solid
 
-COURSE_TEXEL_M, HALL_TEXEL_M, WALL_TEXEL_M, SOLID_TEXEL_M = 0.025, 0.05, 0.20, 0.10
+COURSE_TEXEL_M, HALL_TEXEL_M, WALL_TEXEL_M, SOLID_TEXEL_M = 0.025, 0.05, 0.25, 0.10
 SCREEN_WHITE = 2.6  # radiance of a 250 cd/m2 screen's white in our unit: white paper under 300 lux is 95 cd/m2
 CEILING_ALBEDO, LAMP_RADIANCE, LAMP_DROP_M = 0.6, 12.0, 0.01
 BOARD_GREY = (0.42, 0.42, 0.43)
@@ -155,7 +155,7 @@ class ArenaParts:
         solids = [
             solid for solid in self.scenario.solids if solid.kind not in ("wall", "poster") and solid.name not in boards
         ]
-        backs = [Covering.of([back], SOLID_TEXEL_M) for _, back in self._board_sides().values()]
+        backs = [Covering.of([back], SOLID_TEXEL_M) for _, back in self._board_sides.values()]
         coverings = [*(covering_of(solid, SOLID_TEXEL_M) for solid in solids), *backs]
         atlas = Atlas.of_coverings(coverings, [*(solid.albedo for solid in solids), *(BOARD_GREY for _ in backs)])
         ids = [*(ID_OF_KIND[solid.kind] for solid in solids), *(OtherId.SIGN_POST for _ in backs)]
@@ -168,13 +168,14 @@ class ArenaParts:
             texel_ids=id_of_patch[atlas.of_patch],
         )
 
+    @cached_property
     def _board_sides(self) -> Mapping[str, tuple[Patch, Patch]]:
         solids = {solid.name: solid for solid in self.scenario.solids}
         return {sign.name: board_patches(solids[sign.name], board_outline(sign)) for sign in self.scenario.signs}
 
     def _boards(self) -> Iterator[Part]:
         """The fronts of the vertical signs."""
-        ids, sides, artwork = label_ids(self.scenario), self._board_sides(), self.scenario.look.artwork
+        ids, sides, artwork = label_ids(self.scenario), self._board_sides, self.scenario.look.artwork
         for sign in self.scenario.signs:
             front, _ = sides[sign.name]
             yield Part(

@@ -261,8 +261,9 @@ def _blocked(
 
 def _around(texels: NDArray[np.int32], margin: int) -> tuple[Window, NDArray[np.int32]]:
     """Return the window around points (n, 2) in 1/16 texels, and where it begins in 1/16 texels."""
-    low, high = texels.min(axis=0) >> SUBTEXEL_BITS, texels.max(axis=0) >> SUBTEXEL_BITS
-    (c0, r0), (c1, r1) = (low - margin).tolist(), (high + margin + 1).tolist()
+    x, y, width, height = cv2.boundingRect(texels)
+    c0, r0 = ((low >> SUBTEXEL_BITS) - margin for low in (x, y))
+    c1, r1 = ((high - 1 >> SUBTEXEL_BITS) + margin + 1 for high in (x + width, y + height))
     return (r0, r1, c0, c1), np.array([c0, r0], np.int32) << SUBTEXEL_BITS
 
 

@@ -18,6 +18,7 @@ from adc_bench.world.look import Flood
 from adc_bench.world.scenario import Scenario
 
 Array = NDArray[np.float64]
+Floats = NDArray[np.float64] | NDArray[np.float32]
 UNIT_LUX = 300.0
 PENUMBRA_RAD = 0.025  # half the angle under which a floodlight appears
 CORNERS = ((-1, -1), (-1, 1), (1, -1), (1, 1))  # the four rays to a light that has a size
@@ -28,7 +29,7 @@ HALL_M2 = 300.0  # the flux that lands on the hall's floor is spread over about 
 UPRIGHT_LOSS = 0.5  # of a floodlight's beam
 LAMP_GAIN_M2 = HALL_M2 / len(LAMP_GRID) / math.pi
 LAMP_SOFT_M2 = 0.25  # a lamp is no point
-FAINT = 0.006  # of the lamps' share on the open floor: about a step of 255 of all light
+FAINT = 0.008  # of the lamps' share on the open floor: about a step of 255 of all light
 TUNNEL_FLOOR_SHARE = 0.015  # light deep inside, relative to outside
 TUNNEL_REACH_M = 0.7  # e-folding depth of daylight behind an opening
 ROAD_TEXELS = 4  # of the floor's light; between them the place on the road is taken to change evenly
@@ -76,9 +77,9 @@ class Lighting:
 
     def irradiance(self, points: Array, normals: Array) -> NDArray[np.float32]:
         """Return irradiance rgb (n, 3) in units of 300 lux at world points (n, 3) with unit normals (n, 3)."""
-        diffuse = self.sky_share * sky(normals)
+        diffuse, coarse = self.sky_share * sky(normals), (points.astype(np.float32), normals.astype(np.float32))
         for place in self.lamps:
-            diffuse += self.lamp_share * lamp(points, normals, place)
+            diffuse += self.lamp_share * lamp(*coarse, place.astype(np.float32))
         diffuse *= self.openness(points + 0.02 * normals)
         upright = 1 - normals[:, 2] ** 2
         diffuse *= 1 - GROUND_SHADE * upright * np.exp(-np.maximum(points[:, 2], 0.0) / GROUND_REACH_M)
@@ -249,7 +250,7 @@ def sky(normals: Array) -> Array:
     return share
 
 
-def lamp(points: Array, normals: Array, place: Array) -> Array:
+def lamp(points: Floats, normals: Floats, place: Floats) -> Floats:
     """Return one lamp's part of the lamps' share, which is about 1 on average on the floor.
 
     By the inverse square and both cosines.
@@ -257,7 +258,7 @@ def lamp(points: Array, normals: Array, place: Array) -> Array:
     to_lamp = place - points
     square = np.einsum("ij,ij->i", to_lamp, to_lamp) + LAMP_SOFT_M2
     cosines = np.clip(np.einsum("ij,ij->i", to_lamp, normals), 0.0, None) * np.clip(to_lamp[:, 2], 0.0, None)
-    share: Array = cosines / square**2 * LAMP_GAIN_M2
+    share: Floats = cosines / (square * square) * LAMP_GAIN_M2
     return share
 
 

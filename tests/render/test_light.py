@@ -12,7 +12,7 @@ from adc_bench.geometry import Pose2
 from adc_bench.render.floor_light import FloorLight
 from adc_bench.render.light import TUNNEL_FLOOR_SHARE, TUNNEL_REACH_M, Lighting, flood_rays
 from adc_bench.render.moving import lit_pose
-from adc_bench.render.shadows import Blockers, shadow_points, shadowed
+from adc_bench.render.shadows import Blockers, Outlines, shadow_points, shadowed
 from adc_bench.world.arena import road_centre, tunnel_s_on_centre
 from adc_bench.world.layout import BoxPlace
 from adc_bench.world.look import Flood
@@ -138,3 +138,27 @@ def test_poses_for_the_light_are_near_the_true_ones_and_do_not_move_again() -> N
         assert np.abs(near.translation_m - pose.translation_m).max() <= 0.0025 + 1e-9
         assert np.abs(near.rotation - pose.rotation).max() < 0.01
         np.testing.assert_allclose(near.rotation @ near.rotation.T, np.eye(3), atol=1e-12)
+
+
+def test_the_tunnel_s_light_on_the_floor_is_that_at_its_points() -> None:
+    """The floor's openness is computed between coarser places; only where a wall stands may it differ by a texel."""
+    lighting = Lighting(scenario=hall(tunnel=TUNNEL, floods=()))
+    x, y = np.arange(-8.0, 8.0, 0.025), np.arange(-4.0, 4.0, 0.025)
+    grid = np.stack([*np.meshgrid(x, y), np.zeros((len(y), len(x)))], axis=2).reshape(-1, 3)
+    off = np.abs(lighting.openness_on_floor(x, y).ravel() - lighting.openness(grid))
+    assert lighting.openness(grid).min() < 0.1 and (off > 0.005).mean() < 1e-3
+
+
+def test_bodies_baked_with_the_floor_are_as_if_placed_later() -> None:
+    scenario, bodies = hall(floods=(EAST_FLOOD,)), {"box_0": (BOX, Pose2(x_m=0.3, y_m=-1.0, yaw_rad=0.4).to_pose3())}
+    later, at_once = floor(scenario), FloorLight(Lighting(scenario=scenario), BOUNDS, 0.05, bodies=bodies)
+    later.place(bodies)
+    np.testing.assert_array_equal(at_once.picture, later.picture)
+
+
+def test_a_lamp_too_far_to_be_missed_throws_no_shadow() -> None:
+    lighting = Lighting(scenario=hall(floods=(EAST_FLOOD,)))
+    casts = lighting.casts(Outlines.of(BOX, Pose2(x_m=9.5, y_m=5.0, yaw_rad=0.0).to_pose3()))
+    lamps = np.asarray(casts[4:].reshape(len(lighting.lamps), 4 * len(BOX)).any(axis=1))
+    near = [math.hypot(place[0] - 9.5, place[1] - 5.0) < 6.0 for place in lighting.lamps]
+    assert casts[:4].all() and lamps[near].all() and not lamps.all()
