@@ -1,5 +1,6 @@
 """The course's painted lines in a picture: stretches of their middles that lie in it, and what of them is seen."""
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -70,13 +71,13 @@ def lane_lines_of(
     # a stretch's end may be rounded onto the picture's border
     columns, rows = np.minimum(points_px.astype(np.int64), (camera.width_px - 1, camera.height_px - 1)).T
     visible = _IS_FLOOR[ids[rows, columns]]
-    borders = np.cumsum([len(points) for _, points in found])[:-1]
-    arrays = (points_px.astype(np.float32), points_world.astype(np.float32), visible)
-    each = zip(found, *(np.split(array, borders) for array in arrays), strict=True)
+    pixels, places = points_px.astype(np.float32), points_world.astype(np.float32)
+    lasts = itertools.accumulate(len(points) for _, points in found)
+    each = [(name, slice(last - len(points), last)) for (name, points), last in zip(found, lasts, strict=True)]
     return tuple(
-        LaneLine(name=name, points_px=pixels, points_world=points, visible=seen)
-        for (name, _), pixels, points, seen in each
-        if seen.any()
+        LaneLine(name=name, points_px=pixels[part], points_world=places[part], visible=visible[part])
+        for name, part in each
+        if visible[part].any()
     )
 
 
