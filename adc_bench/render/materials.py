@@ -1,5 +1,7 @@
 """How our shader pack reads a material: the only file that knows its slots (shaders/arena/gbuffer.frag)."""
 
+import ctypes
+import sys
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 
@@ -10,7 +12,15 @@ from numpy.typing import NDArray
 from adc_bench.render.parts import Light, Painted, Part, Plain, TwoTone
 
 STORE_BYTES = 180_000_000  # floors and walls come back from scenario to scenario: a family's six floors take 150 MB
+LARGE_BYTES = 10_000_000  # of a floor that carries paint
 _FORMATS = {1: "R8Unorm", 2: "R8G8Unorm", 4: "R8G8B8A8Unorm"}
+
+
+def _give_back_freed() -> None:
+    """Let glibc return freed memory to the system: what a floor is drawn with would stay behind, between textures."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim:
+        trim(0)
 
 
 class TextureStore:
@@ -26,6 +36,8 @@ class TextureStore:
             picture = draw()
             self._kept[key] = mipmapped(picture), picture.nbytes
             self._bytes += picture.nbytes
+            if picture.nbytes > LARGE_BYTES:
+                _give_back_freed()
         self._kept.move_to_end(key)
         while self._bytes > self._bytes_max and len(self._kept) > 1:
             _, (_, freed) = self._kept.popitem(last=False)
