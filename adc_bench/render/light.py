@@ -182,8 +182,7 @@ class Lighting:
     def _low_openness(self, s: Array, offset: Array) -> Array:
         """Return the openness lower than the tunnel's roof, at places of the road."""
         assert self._tunnel
-        centre, s0, s1, half = self._tunnel
-        s = s % centre.length_m  # what lies past the lap's end counts as outside
+        _, s0, s1, half = self._tunnel
         inside = (offset < half) & (s > s0) & (s < s1)
         daylight = 0.5 * (np.exp(-(s - s0) / TUNNEL_REACH_M) + np.exp(-(s1 - s) / TUNNEL_REACH_M))
         before = np.maximum(s0 - s, s - s1)
