@@ -60,7 +60,7 @@ def test_a_box_throws_its_shadow_away_from_the_floodlight(azimuth: float) -> Non
     light = floor(scenario)
     light.place({"box_0": (BOX, Pose2(x_m=0.0, y_m=-1.0, yaw_rad=azimuth).to_pose3())})
     out = np.array([math.cos(azimuth), math.sin(azimuth)])
-    lit, shaded = light.at(points(*([0.0, -1.0] + side * 0.55 * out for side in (1, -1))))[:, 1]
+    lit, shaded = light.at(np.array([[0.0, -1.0]]) + 0.55 * np.stack([out, -out]))[:, 1]
     assert shaded < 0.5 * lit
 
 
