@@ -13,6 +13,7 @@ from adc_bench.world.solids import Solid
 Array = NDArray[np.float64]
 # The six faces of a box in its own frame: (normal axis, sign).
 FACES = tuple((axis, sign) for axis in range(3) for sign in (1.0, -1.0))
+SCREEN_PROUD_M = 0.0004
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,9 +70,9 @@ def box_faces(solid: Solid) -> Iterator[Rectangle]:
 
 
 def screen_rectangle(panel: Solid) -> Rectangle:
-    """Return a panel's lit screen: its +x face, a millimetre before it."""
+    """Return a panel's lit screen: its +x face, so little before it that a camera below sees both edges as one."""
     face = next(box_faces(panel))
-    return Rectangle(corner=face.corner + 0.001 * face.normal, right=face.right, down=face.down)
+    return Rectangle(corner=face.corner + SCREEN_PROUD_M * face.normal, right=face.right, down=face.down)
 
 
 def grid_cells(
