@@ -8,6 +8,7 @@ import numpy as np
 import pycocotools.mask
 import pytest
 from numpy.typing import NDArray
+from rays import rays_through_pixels
 
 from adc_bench.dataset.sampling import draw_frame, draw_scenario
 from adc_bench.dataset.split import load_split
@@ -79,15 +80,6 @@ def edge_points(target: Target) -> Array:
     share = np.linspace(0.0, 1.0, 8 if len(target.faces[0]) > 20 else 60)[:, None, None, None]
     lines = [(face[:, None] * share + face[None] * (1 - share)).reshape(-1, 3) for face in target.faces]
     return target.pose_world_object.transform(np.concatenate(lines))
-
-
-def rays_through_pixels(camera: Camera) -> Array:
-    """Return OpenCV's directions (h, w, 3), z = 1, through all pixels' middles."""
-    v, u = np.mgrid[: camera.height_px, : camera.width_px] + 0.5
-    lens = np.array([camera.k1, camera.k2, 0.0, 0.0])
-    pixels, exact = np.column_stack([u.ravel(), v.ravel()])[:, None], (cv2.TERM_CRITERIA_COUNT, 60, 0.0)
-    flat = cv2.undistortImagePoints(pixels, camera.matrix(), lens, arg1=exact).reshape(*u.shape, 2)
-    return np.dstack([(flat - (camera.cx_px, camera.cy_px)) / camera.fx_px, np.ones(u.shape)])
 
 
 def ray_cast(target: Target, low: Array, high: Array, camera: Camera, pose: Pose3) -> NDArray[np.uint8]:
