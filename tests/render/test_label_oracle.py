@@ -134,7 +134,7 @@ class Arena:
         columns = np.arange(max(0, x0 - AROUND_PX), min(camera.width_px, x1 + AROUND_PX))
         rows = np.arange(max(0, y0 - AROUND_PX), min(camera.height_px, y1 + AROUND_PX))
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-        through_middle = rays(pixels + 0.5, camera)
+        through_middle = rays(np.asarray(pixels + 0.5, np.float64), camera)
         boxes = []
         for through in (sampled_rays(through_middle, camera), through_middle):
             origin, ways = pose.translation_m, through @ pose.rotation.T
