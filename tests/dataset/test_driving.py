@@ -14,12 +14,12 @@ from adc_bench.dataset.driving.floor import outlines, passes_m
 from adc_bench.dataset.driving.hand import draw_hand, draw_wander
 from adc_bench.dataset.driving.leg import STEP_M, course_aside, driven_line, speeds_mps, stations_m
 from adc_bench.dataset.driving.plan import behaviour_of, draw_drive, mission_of
-from adc_bench.dataset.driving.route import crosswalk_pose, route
 from adc_bench.errors import InputError
 from adc_bench.geometry import Path as Curve
 from adc_bench.geometry import Pose2, arc, line, wrap_rad
 from adc_bench.world.course import COURSE_SETS, Course
 from adc_bench.world.robot import ROBOTS
+from adc_bench.world.route import crosswalk_pose, route
 from adc_bench.world.sensors import SensorRig
 
 TRAIN, COURSE, RIG = load_split("train"), Course(), SensorRig()

@@ -9,12 +9,12 @@ from adc_bench.dataset.drive_recipe import MissionName
 from adc_bench.dataset.driving.floor import passes_m
 from adc_bench.dataset.driving.leg import Knots, Leg, stations_m
 from adc_bench.dataset.driving.parking import bay_parking, parallel_legs, parallel_parking
-from adc_bench.dataset.driving.route import Loop, Way, half_lap, route
 from adc_bench.dataset.driving.task import HALF_LAP_MIN_M, Task
 from adc_bench.geometry import Path
 from adc_bench.world.arena import road_centre
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.layout import Place, Works
+from adc_bench.world.route import Loop, Way, half_lap, route
 
 BEFORE_THING_M = (2.5, 5.0)
 IN_LANE_M = 0.6  # a box whose middle is nearer than this to a lane's stands in it

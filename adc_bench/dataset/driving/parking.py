@@ -4,12 +4,12 @@ import math
 from dataclasses import replace
 
 from adc_bench.dataset.driving.leg import Leg
-from adc_bench.dataset.driving.route import half_lap, route
 from adc_bench.dataset.driving.task import SET_OUT_S, Task
 from adc_bench.geometry import Path, Piece, Pose2, arc, line
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.layout import BoxPlace
 from adc_bench.world.parking import ParkingPlace
+from adc_bench.world.route import half_lap, route
 
 MANOEUVRE_MPS, MANOEUVRE_LATERAL_MPS2 = (0.15, 0.35), 0.15
 CHANGING_S = (0.3, 1.0)  # from forwards to backwards

@@ -9,10 +9,10 @@ from adc_bench.dataset.drive_recipe import Behaviour
 from adc_bench.dataset.driving.floor import passes_m
 from adc_bench.dataset.driving.hand import draw_swerves, draw_wander
 from adc_bench.dataset.driving.leg import Knots, Leg, course_aside, driven_line, speeds_mps, stations_m
-from adc_bench.dataset.driving.route import Loop, Way, route
 from adc_bench.geometry import Path
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.course import Course
+from adc_bench.world.route import Loop, Way, route
 from adc_bench.world.scenario import Scenario
 
 Array = NDArray[np.float64]
