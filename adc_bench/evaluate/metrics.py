@@ -7,15 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from adc_bench.evaluate.trajectory_error import aligned, relative_errors
 from adc_bench.geometry import Pose2, wrap_array_rad
 from adc_bench.world.robot import RobotParams
 
 Array = NDArray[np.float64]
 COVERED_NEES = float(chi2.ppf(0.95, df=3))
+RPE_STEPS = 20  # a second
 
 
 class Localization(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Errors of the estimates from the arrow on, in the map's frame, unaligned.
+    """Errors of the estimates from the arrow on, in the map's frame, unaligned but for `ate_rmse_m`: that is the error
+    left when the whole path is laid onto the true one. `rpe_*`: the error of the motion over a second.
 
     `nees_mean` (ideally 3) and `coverage` (ideally 0.95: the share of poses inside the estimate's own 95 % region)
     stand only if the submission gives covariances. Dead reckoning is replayed from the same run's encoders with the
@@ -26,6 +29,9 @@ class Localization(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     position_p95_m: float
     position_max_m: float
     heading_rmse_rad: float
+    ate_rmse_m: float
+    rpe_rmse_m: float | None  # none if there are no poses a second apart
+    rpe_rmse_rad: float | None
     nees_mean: float | None
     coverage: float | None
     dead_reckoning_rmse_m: float
@@ -79,11 +85,15 @@ def localization(truth: Array, estimate: Array, covariance: Array | None, reckon
     reckoning_m = position_errors_m(truth, reckoned)
     values = None if covariance is None else nees(truth, estimate, covariance)
     finite = None if values is None else values[np.isfinite(values)]
+    drift_m, drift_rad = relative_errors(truth, estimate, RPE_STEPS)
     return Localization(
         position_rmse_m=rms(position_m),
         position_p95_m=float(np.quantile(position_m, 0.95)),
         position_max_m=float(position_m.max()),
         heading_rmse_rad=rms(wrap_array_rad(estimate[:, 2] - truth[:, 2])),
+        ate_rmse_m=rms(position_errors_m(truth, aligned(truth, estimate))),
+        rpe_rmse_m=rms(drift_m) if drift_m.size else None,
+        rpe_rmse_rad=rms(drift_rad) if drift_rad.size else None,
         nees_mean=float(finite.mean()) if finite is not None and finite.size else None,
         coverage=None if values is None else float(np.mean(values <= COVERED_NEES)),
         dead_reckoning_rmse_m=rms(reckoning_m),

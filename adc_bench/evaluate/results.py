@@ -1,6 +1,7 @@
 """What a result folder says: result.json from the logs alone, timing.json with all that varies from run to run."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from statistics import fmean
 from typing import Any, Literal
 
 import msgspec
@@ -90,7 +91,7 @@ METRICS: Mapping[str, Metric] = {
     "points": _metric("", True, lambda e: (e.points,)),
     "completion": _metric("", True, lambda e: (e.completion,)),
     "run_time_s": _metric("s", False, lambda e: (e.run_time_s,)),
-    "lap_time_s": _metric("s", False, lambda e: e.laps_s),
+    "lap_time_s": _metric("s", False, lambda e: (fmean(e.laps_s),) if e.laps_s else ()),
     "distance_m": _metric("m", True, lambda e: (e.distance_m,)),
     "collisions": _metric("", False, lambda e: (float(len(e.collisions)),)),
     **{
@@ -100,6 +101,9 @@ METRICS: Mapping[str, Metric] = {
             "position_p95_m",
             "position_max_m",
             "heading_rmse_rad",
+            "ate_rmse_m",
+            "rpe_rmse_m",
+            "rpe_rmse_rad",
             "dead_reckoning_rmse_m",
             "dead_reckoning_max_m",
         )

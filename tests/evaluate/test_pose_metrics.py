@@ -2,11 +2,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import bootstrap as scipy_bootstrap
 from scipy.stats import chi2
 
 from adc_bench.evaluate.metrics import COVERED_NEES, dead_reckoning, localization, nees
-from adc_bench.evaluate.statistics import summarise
 from adc_bench.geometry import Pose2
 from adc_bench.world.robot import RobotParams
 
@@ -75,18 +73,3 @@ def test_dead_reckoning_follows_the_exact_arc(v_mps: float, omega_radps: float) 
         ahead = Pose2(x_m=chord_m * math.cos(turn / 2), y_m=chord_m * math.sin(turn / 2), yaw_rad=turn)
         exact = start @ ahead
         assert math.hypot(x_m - exact.x_m, y_m - exact.y_m) < 0.02
-
-
-def test_a_statistic_against_scipy() -> None:
-    values = [1.0, 2.0, 4.0, 8.0, 9.0]
-    found = summarise("figure", values, unit="m", higher_is_better=False)
-    theirs = scipy_bootstrap((values,), np.mean, method="percentile", n_resamples=20000, rng=0).confidence_interval
-    assert (found.mean, found.median, found.n) == (4.8, 4.0, 5)
-    assert found.sd == pytest.approx(np.std(values, ddof=1))
-    assert found.ci95 == pytest.approx((theirs.low, theirs.high), abs=0.4)
-    assert found == summarise("figure", values, unit="m", higher_is_better=False)
-
-
-def test_a_single_value_has_no_spread() -> None:
-    found = summarise("figure", [2.5], unit="", higher_is_better=True)
-    assert (found.mean, found.sd, found.ci95) == (2.5, None, (2.5, 2.5))

@@ -1,4 +1,4 @@
-"""Readers that know nothing of this project find in the exports what the dataset holds.
+"""Readers that know nothing of this project find in the exports what the dataset holds, and the same errors of poses.
 
 `sh scripts/outside.sh` installs them: Ultralytics, WebDataset and evo, each in an environment of its own in `.peers/`.
 """
@@ -14,6 +14,7 @@ import pytest
 
 from adc_bench.dataset import FrameDataset, load_split
 from adc_bench.dataset.export import FormatName, export_dataset
+from adc_bench.evaluate.metrics import RPE_STEPS, localization
 from adc_bench.generate import render_split
 from adc_bench.world.categories import CATEGORIES
 
@@ -114,3 +115,30 @@ def test_evo_reads_the_trajectories(
         if format_name == "tum":
             assert told["quaternions"] == told["timestamps"] == "ok"
             assert float(told["duration (s)"]) == pytest.approx(rows[-1, 0] - rows[0, 0], abs=1e-6)
+
+
+@pytest.fixture(scope="module")
+def trajectories() -> np.ndarray:
+    """A hundred pairs of a path and an estimate that strays from it, (100, 2, n, 3)."""
+    rng = np.random.default_rng(0)
+    steps = rng.normal((0.05, 0.0, 0.0), (0.02, 0.005, 0.05), (100, 200, 3))
+    yaw_rad = np.cumsum(steps[..., 2], axis=1)
+    turned = (steps[..., 0] + 1j * steps[..., 1]) * np.exp(1j * yaw_rad)
+    place = np.cumsum(turned, axis=1) + rng.uniform(-5, 5, (100, 1))
+    truth = np.stack([place.real, place.imag, yaw_rad], axis=2)
+    strays = np.cumsum(rng.normal(0.0, (0.004, 0.004, 0.003), truth.shape), axis=1) + rng.normal(0.0, 0.1, (100, 1, 3))
+    return np.stack([truth, truth + strays], axis=1)
+
+
+def test_evo_finds_the_same_errors(trajectories: np.ndarray, tmp_path: Path) -> None:
+    python = tool("evo", "python")
+    np.save(tmp_path / "pairs.npy", trajectories)
+    script = Path(__file__).parent / "outside" / "evo_errors.py"
+    theirs = json.loads(answer([python, str(script), str(tmp_path / "pairs.npy"), str(RPE_STEPS)], tmp_path))
+    assert len(theirs) == 100
+    for (truth, estimate), found in zip(trajectories, theirs, strict=True):
+        ours = localization(truth, estimate, None, truth[:, :2])
+        assert ours.position_rmse_m == pytest.approx(found["ape"], abs=1e-9)
+        assert ours.ate_rmse_m == pytest.approx(found["aligned_ape"], abs=1e-9)
+        assert ours.rpe_rmse_m == pytest.approx(found["rpe_m"], abs=1e-9)
+        assert ours.rpe_rmse_rad == pytest.approx(found["rpe_rad"], abs=1e-9)
