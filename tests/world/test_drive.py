@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from adc_bench.sim.drive import limit, ramp, wheel_speeds_radps
+from adc_bench.world.drive import limit, ramp, wheel_speeds_radps
 from adc_bench.world.robot import Motion, RobotParams
 
 ROBOT = RobotParams()
