@@ -3,23 +3,36 @@
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from adc_bench.api import Agent
 from adc_bench.errors import UsageError
-from adc_bench.stack import Driver, DriverParams, StandStill
-from adc_bench.stack.localizer import Detect
+from adc_bench.stack import Driver, StandStill
+from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
+from adc_bench.stack.pilots import HeadingPilot, Pilot, TrajectoryPilot
 
 Options = Mapping[str, str]
 
+THESIS_SPEED_MPS = 1.0
+PILOTS: Mapping[str, Callable[..., Pilot[Any]]] = {"pid": HeadingPilot, "linearisation": TrajectoryPilot}
+
 
 def thesis(options: Options) -> Agent:
-    """Return the thesis' driver: detector, lane lines, EKF, PID. Options: `weights` (a file), `speed_mps`."""
-    return _driver(options, corrections=True)
+    """Return the thesis' driver: detector, lane lines, EKF, and one of its two controllers.
+
+    Options: `weights` (a file), `speed_mps`, `controller` (`pid` or `linearisation`).
+    """
+    _refuse_unknown(options, known=("weights", "speed_mps", "controller"))
+    pilot = PILOTS[_choice(options, "controller", tuple(PILOTS))]
+    return _driver(options, pilot, LocalizerParams())
 
 
 def odometry_only(options: Options) -> Agent:
-    """Return the same driver without corrections: it sees the panel, and then drives blind. Options as `thesis`."""
-    return _driver(options, corrections=False)
+    """Return the thesis' driver without corrections: it sees the panel, and then drives blind. Options: `weights`,
+    `speed_mps`.
+    """
+    _refuse_unknown(options, known=("weights", "speed_mps"))
+    return _driver(options, HeadingPilot, LocalizerParams(corrections=False))
 
 
 def stand_still(options: Options) -> Agent:
@@ -35,11 +48,13 @@ BUILT_IN: Mapping[str, Callable[[Options], Agent]] = {
 }
 
 
-def _driver(options: Options, *, corrections: bool) -> Agent:
-    _refuse_unknown(options, known=("weights", "speed_mps"))
-    defaults = DriverParams()
-    speed_mps = _number(options, "speed_mps", defaults.speed_mps)
-    return Driver(_detect(options), DriverParams(speed_mps=speed_mps, corrections=corrections))
+def _driver(options: Options, pilot: Callable[..., Pilot[Any]], params: LocalizerParams) -> Agent:
+    detect, speed_mps = _detect(options), _number(options, "speed_mps", default=THESIS_SPEED_MPS)
+    return Driver(
+        detect,
+        lambda mission: Localizer(mission=mission, detect=detect, params=params),
+        lambda mission: pilot(mission=mission, speed_mps=speed_mps),
+    )
 
 
 def _detect(options: Options) -> Detect:
@@ -59,6 +74,19 @@ def _refuse_unknown(options: Options, known: tuple[str, ...]) -> None:
                 wanted=f"one of {', '.join(known)}" if known else "no options: this agent has none",
                 todo="correct the option's name or leave it out",
             )
+
+
+def _choice(options: Options, key: str, choices: tuple[str, ...]) -> str:
+    """Return the option's value, the first choice by default."""
+    value = options.get(key, choices[0])
+    if value not in choices:
+        raise UsageError(
+            where=f"--set {key}={value}",
+            found=repr(value),
+            wanted=f"one of {', '.join(choices)}",
+            todo="correct the option's value",
+        )
+    return value
 
 
 def _number(options: Options, key: str, default: float) -> float:

@@ -1,5 +1,6 @@
 """Where the robot is: encoders predict, what the road camera sees corrects."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -7,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.api import EncoderSamples, Mission
+from adc_bench.api import EncoderSamples, Mission, Observation
 from adc_bench.geometry import wrap_rad
 from adc_bench.stack.birds_eye import BirdsEye
 from adc_bench.stack.circle import see_circle
@@ -34,6 +35,7 @@ from adc_bench.world.course import Course
 from adc_bench.world.frame import Detections
 
 Detect = Callable[[NDArray[np.uint8]], Detections]
+MOVED_M = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,9 +43,11 @@ class LocalizerParams:
     """How what is seen is weighed.
 
     Attributes:
+        corrections: whether it is weighed at all; without, the pose is dead reckoning.
         repeats: how many pictures running share one error (camera tilt, uneven paint), see `ekf.correct`.
     """
 
+    corrections: bool = True
     repeats: float = 8.0
     least_score: float = 0.4
     crosswalk_ahead_m: tuple[float, float] = (0.5, 3.5)
@@ -91,6 +95,17 @@ class Localizer:
         pose, lap = self.mission.start_pose, self.lane_map.lap
         s_m, _ = lap.project([(pose.x_m, pose.y_m)])
         return LocalizerState(belief=start_belief(pose), s_m=wrap_to(float(s_m[0]), lap.length_m))
+
+    def step(self, state: LocalizerState, observation: Observation) -> LocalizerState:
+        """Return the state at the observation's time; until the robot moves, the start pose stands."""
+        road = observation.pictures.get("road")
+        if road is not None and self.params.corrections and self._has_moved(state):
+            state = self.look(self.move(state, observation.encoders, road.time_s), road.rgb)
+        return self.move(state, observation.encoders, observation.time_s)
+
+    def _has_moved(self, state: LocalizerState) -> bool:
+        pose, start = state.belief.pose, self.mission.start_pose
+        return math.hypot(pose.x_m - start.x_m, pose.y_m - start.y_m) > MOVED_M
 
     def move(self, state: LocalizerState, encoders: EncoderSamples, until_s: float) -> LocalizerState:
         """Return the state at `until_s` by the encoders."""

@@ -12,9 +12,11 @@ from floor_pictures import LENSES, look, road_mount
 
 from adc_bench.api import Agent, Command, EncoderSamples, ImuSamples, Mission, Observation, Picture
 from adc_bench.geometry import Pose2, wrap_rad
-from adc_bench.stack import Driver, DriverParams, StandStill
+from adc_bench.stack import Driver, StandStill
 from adc_bench.stack.birds_eye import BirdsEye
-from adc_bench.stack.driver import arc_step
+from adc_bench.stack.localizer import Localizer, LocalizerParams
+from adc_bench.stack.pilots import HeadingPilot
+from adc_bench.stack.prediction import arc_step
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.course import Course, CourseSpec
 from adc_bench.world.frame import Detections
@@ -125,8 +127,13 @@ def error_m(truth: Pose2, command: Command) -> float:
     return math.hypot(estimate.x_m - truth.x_m, estimate.y_m - truth.y_m)
 
 
-def make_driver(world: World, laps: int = 2, **params: float | bool) -> Driver:
-    agent = Driver(world.detect, DriverParams(**params))  # type: ignore[arg-type]
+def make_driver(world: World, laps: int = 2, speed_mps: float = 1.0, corrections: bool = True) -> Agent:
+    params = LocalizerParams(corrections=corrections)
+    agent = Driver(
+        world.detect,
+        lambda mission: Localizer(mission=mission, detect=world.detect, params=params),
+        lambda mission: HeadingPilot(mission=mission, speed_mps=speed_mps),
+    )
     agent.start(mission(laps, world.lens))
     return agent
 

@@ -4,8 +4,8 @@ from floor_pictures import PER_M, X0_M, Y1_M, look, painted_floor
 
 from adc_bench.geometry import Pose2
 from adc_bench.stack.birds_eye import BirdsEye
-from adc_bench.stack.driver import arc_step
 from adc_bench.stack.paint import find_paint
+from adc_bench.stack.prediction import arc_step
 from adc_bench.world.course import Course
 
 NEAR_M = 1.8  # beyond, a pixel covers more floor than a line is wide

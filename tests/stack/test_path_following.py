@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from adc_bench.geometry import Pose2
-from adc_bench.stack.driver import arc_step
 from adc_bench.stack.path_following import Follower, FollowParams, follow, progress, wrap_to
+from adc_bench.stack.prediction import arc_step
 from adc_bench.world.course import Course
 
 LAP = Course().lap
