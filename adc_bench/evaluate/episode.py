@@ -4,18 +4,20 @@ import math
 import time
 from collections import deque
 from dataclasses import dataclass
-from pathlib import Path
 
 import msgspec
 
 from adc_bench.api import Mission, SeenObject
+from adc_bench.errors import AdcBenchError, InputError
+from adc_bench.evaluate.agent_side import AgentFailedError, AgentSide, Load
 from adc_bench.evaluate.course_progress import Moment
 from adc_bench.evaluate.ending import Ending, Reason
-from adc_bench.evaluate.isolation import AgentFailedError, AgentProcess
+from adc_bench.evaluate.loading import told
 from adc_bench.evaluate.log import Drive, Encoders, Header, Hit, Row
 from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.rules import Rules
-from adc_bench.evaluate.wire import Load, Sense, sense
+from adc_bench.evaluate.sandbox import PACKAGE
+from adc_bench.evaluate.sensed import Sensed
 from adc_bench.render import ArenaRenderer
 from adc_bench.sim import Delivery, Simulation
 from adc_bench.world.robot import Motion
@@ -35,12 +37,15 @@ class Plan:
 
 @dataclass(frozen=True, kw_only=True)
 class Driven:
-    """What a run left behind: its rows and ending, the loop's wall time, the agent's own times by step."""
+    """What a run left behind: its rows and ending, the loop's wall time, the agent's times by step, and the last
+    observation that it was given.
+    """
 
     rows: tuple[Row, ...]
     ending: Ending
     wall_s: float
     compute_s: tuple[float, ...]
+    last_asked: Sensed | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,20 +57,66 @@ class Shot:
     objects: tuple[SeenObject, ...]
 
 
-def drive(plan: Plan, renderer: ArenaRenderer, child_log: Path) -> Driven:
-    """Drive one run; `child_log` receives what the submission prints.
+class Trace:
+    """What a run has left behind so far: it is there however the run ends."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.rows: list[Row] = []  # those that have been answered
+        self.compute_s: list[float] = []
+        self.begun_s = time.perf_counter()
+        self.asked: Sensed | None = None
+        self.row = Row(  # the one that has not
+            step=0,
+            time_s=0.0,
+            truth=plan.header.start_pose,
+            v_mps=0.0,
+            omega_radps=0.0,
+            panel="stop",
+            encoders=Encoders(time_s=(), left_ticks=(), right_ticks=()),
+            hits=(),
+            answer=None,
+        )
+
+    def driven(self, ending: Ending) -> Driven:
+        """Return the run as it ended now."""
+        return Driven(
+            rows=(*self.rows, self.row),
+            ending=ending,
+            wall_s=time.perf_counter() - self.begun_s,
+            compute_s=tuple(self.compute_s),
+            last_asked=self.asked,
+        )
+
+
+def drive(plan: Plan, renderer: ArenaRenderer, agent: AgentSide) -> Driven:
+    """Drive one run; whatever goes wrong in it ends it and nothing else, and its ending says what.
 
     Raises:
-        InputError: the submission cannot be loaded.
+        AdcBenchError: this machine cannot render.
     """
-    with AgentProcess(plan.load, child_log, plan.rules) as agent:
-        renderer.load(plan.scenario)
-        run = _Run(plan, renderer, agent)
+    trace = Trace(plan)
+    try:
+        ending = _ending(plan, renderer, agent, trace)
+    except AdcBenchError:
+        raise
+    except AgentFailedError as failure:
+        ending = failure.ending
+    except (OSError, MemoryError) as error:
+        ending = Ending(reason=Reason.HOST, detail=told(error, PACKAGE.parent))
+    except Exception as error:  # the simulator's fault must not cost the suite's other runs
+        ending = Ending(reason=Reason.SIMULATOR, detail=told(error, PACKAGE.parent))
+    return trace.driven(ending)
+
+
+def _ending(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace) -> Ending:
+    renderer.load(plan.scenario)
+    run = _Run(plan, renderer, agent, trace)
+    try:
         agent.wait_loaded()
-        begun = time.perf_counter()
-        ending = run.to_its_end()
-        wall_s = time.perf_counter() - begun
-    return Driven(rows=tuple(run.rows), ending=ending, wall_s=wall_s, compute_s=tuple(run.compute_s))
+    except InputError as error:  # it did load before the first run
+        return Ending(reason=Reason.LOAD_FAILED, detail=error.found)
+    trace.begun_s = time.perf_counter()
+    return run.to_its_end()
 
 
 class _Run:
@@ -74,8 +125,8 @@ class _Run:
     that the submission declares.
     """
 
-    def __init__(self, plan: Plan, renderer: ArenaRenderer, agent: AgentProcess) -> None:
-        self._plan, self._renderer, self._agent = plan, renderer, agent
+    def __init__(self, plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace) -> None:
+        self._plan, self._renderer, self._agent, self._trace = plan, renderer, agent, trace
         period_s = plan.rules.control_period_s
         self._simulation = Simulation(plan.scenario, plan.header.start_pose, period_s, dynamics=plan.rules.dynamics)
         self._referee = Referee(course=plan.scenario.course, rules=plan.rules, header=plan.header)
@@ -84,32 +135,26 @@ class _Run:
         self._shots: dict[str, Delivery[Shot]] = {
             mount.name: Delivery(mount.latency_s) for mount in plan.scenario.rig.cameras
         }
-        self.rows: list[Row] = []
-        self.compute_s: list[float] = []
 
     def to_its_end(self) -> Ending:
-        row, sensed = self._observe()
-        try:
-            self._agent.start(self._plan.mission)
-            watch = self._referee.begin(row.truth)
-            while (reason := self._referee.end(watch)) is None:
-                self._agent.ask(sensed)
-                self._simulation.advance(*self._commands.popleft())
-                if not self._is_sound():
-                    reason = Reason.PHYSICS
-                    break
-                next_row, next_sensed = self._observe()
-                self.rows.append(msgspec.structs.replace(row, answer=self._answer()))
-                row, sensed = next_row, next_sensed
-                watch = self._referee.step(watch, Moment(time_s=row.time_s, pose=row.truth))
-            ending = Ending(reason=reason)
-        except AgentFailedError as failure:
-            ending = failure.ending
-        self.rows.append(row)
-        return ending
+        trace = self._trace
+        trace.row, sensed = self._observe()
+        self._agent.start(self._plan.mission)
+        watch = self._referee.begin(trace.row.truth)
+        while (reason := self._referee.end(watch)) is None:
+            trace.asked = sensed
+            self._agent.ask(sensed)
+            self._simulation.advance(*self._commands.popleft())
+            if not self._is_sound():
+                return Ending(reason=Reason.PHYSICS)
+            row, sensed = self._observe()
+            trace.rows.append(msgspec.structs.replace(trace.row, answer=self._answer()))
+            trace.row = row
+            watch = self._referee.step(watch, Moment(time_s=row.time_s, pose=row.truth))
+        return Ending(reason=reason)
 
-    def _observe(self) -> tuple[Row, Sense]:
-        """Return the truth and the sensors now: the row without its answer, and the message for the agent."""
+    def _observe(self) -> tuple[Row, Sensed]:
+        """Return the truth and the sensors now: the row without its answer, and the agent's observation."""
         simulation, header = self._simulation, self._plan.header
         step, time_s, state = simulation.step_index, simulation.time_s, simulation.state()
         if step == header.start_step:
@@ -136,16 +181,16 @@ class _Run:
         )
         self._take_pictures(step, time_s, Motion(v_mps=state.v_mps, omega_radps=state.omega_radps))
         taken = self._arrived(time_s)
-        message = sense(
-            step,
-            time_s,
-            {name: (shot.time_s, shot.picture) for name, shot in taken.items()},
-            encoders,
-            readings.imu,
+        sensed = Sensed(
+            step=step,
+            time_s=time_s,
+            pictures={name: (shot.time_s, shot.picture) for name, shot in taken.items()},
+            encoders=encoders,
+            imu=readings.imu,
             laser=readings.laser,
             objects=tuple(seen for shot in taken.values() for seen in shot.objects),
         )
-        return row, message
+        return row, sensed
 
     def _take_pictures(self, step: int, time_s: float, motion: Motion) -> None:
         """Let the cameras fire whose turn it is; their pictures arrive when their latency has passed."""
@@ -167,12 +212,14 @@ class _Run:
     def _answer(self) -> Drive:
         """Take the agent's answer to the observation before, queue its command, and return it for the log."""
         answer = self._agent.answer()
-        self.compute_s.append(answer.compute_s)
+        self._trace.compute_s.append(answer.compute_s)
         command = answer.command
         estimate = command.pose_world_robot
         figures = (command.v_mps, command.omega_radps, *msgspec.structs.astuple(estimate), *(command.covariance or ()))
         if not all(math.isfinite(figure) for figure in figures):
             raise AgentFailedError(Ending(reason=Reason.NOT_FINITE, detail=f"{command}"))
+        if any(abs(figure) > self._plan.rules.limits.largest_figure for figure in figures):
+            raise AgentFailedError(Ending(reason=Reason.OUT_OF_RANGE, detail=f"{command}"))
         self._commands.append((command.v_mps, command.omega_radps))
         return Drive(
             v_mps=command.v_mps,

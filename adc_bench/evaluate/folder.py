@@ -1,18 +1,21 @@
-"""A result folder: result.json, timing.json, paths.png, episodes/<scenario>.jsonl, logs/<scenario>.log."""
+"""A result folder: result.json, timing.json, paths.png, episodes/<scenario>.jsonl, logs/<scenario>.log, and
+failures/<scenario>/ with what a submission that failed was given last.
+"""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
 
+from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
-from adc_bench.evaluate.ending import Ending
-from adc_bench.evaluate.log import EpisodeLog, Header, RunId, read_log
+from adc_bench.evaluate.log import EpisodeLog, Header, RunId, damaged, read_log
 from adc_bench.evaluate.results import EpisodeTiming, Result, Timing
 
 FILES = ("result.json", "timing.json", "paths.png")
-FOLDERS = ("episodes", "logs")
+SAME_RUN = "runs of one submission on one suite, with one version of everything"
+FOLDERS = ("episodes", "logs", "failures")
 
 
 class ResultFolder:
@@ -26,7 +29,7 @@ class ResultFolder:
         """Return where a run's log is."""
         return self.root / "episodes" / f"{scenario}.jsonl"
 
-    def child_log_path(self, scenario: str) -> Path:
+    def printed_path(self, scenario: str) -> Path:
         """Return where a run's submission prints to."""
         return self.root / "logs" / f"{scenario}.log"
 
@@ -44,7 +47,7 @@ class ResultFolder:
             self._clear()
         for path in self.episode_paths():
             header = first_line(path)
-            if header is not None and header.run != run:
+            if header.run != run:
                 differing = [key for key in RunId.__struct_fields__ if getattr(header.run, key) != getattr(run, key)]
                 found = f"the runs of another {' and '.join(differing)}"
                 raise self._occupied(found, "choose another folder, or replace it with --overwrite")
@@ -66,19 +69,44 @@ class ResultFolder:
         """Return the logs that are there, in order of name."""
         return sorted((self.root / "episodes").glob("*.jsonl"))
 
+    def put_failure(self, scenario: str, files: Mapping[str, bytes]) -> None:
+        """Write what a failed run was given last, in place of what an earlier try left."""
+        folder = self.root / "failures" / scenario
+        shutil.rmtree(folder, ignore_errors=True)
+        for name, content in files.items():
+            folder.mkdir(exist_ok=True)
+            write_file(folder / name, content)
+
     def has(self, header: Header) -> bool:
-        """Return whether this very run is there, to its ending; a damaged log counts as missing."""
+        """Return whether this very run is there; one that this machine failed (host-error) counts as missing.
+
+        Raises:
+            InputError: its log is damaged.
+        """
         path = self.episode_path(header.scenario)
-        return path.is_file() and first_line(path) == header and _is_whole(path)
+        if not path.is_file():
+            return False
+        log = read_log(path)
+        return log.header == header and log.ending.status != "host-error"
 
     def logs(self, scenarios: Sequence[str]) -> list[EpisodeLog]:
         """Return the logs of those scenarios that are there.
 
         Raises:
-            InputError: one of them is damaged.
+            InputError: one of them is damaged or of another scenario, there is one more, or they are of several runs.
         """
         paths = [self.episode_path(scenario) for scenario in scenarios]
-        return [read_log(path) for path in paths if path.is_file()]
+        for path in self.episode_paths():
+            if path not in paths:
+                raise _misplaced(path, "the log of none of the planned runs", "one log for each planned run")
+        found = {path: read_log(path) for path in paths if path.is_file()}
+        for path, log in found.items():
+            first = next(iter(found.values())).header
+            if log.header.scenario != path.stem:
+                raise _misplaced(path, f"the log of {log.header.scenario}, once more", "each planned run once")
+            if log.header.run != first.run:
+                raise _misplaced(path, f"another run than that of {first.scenario}", SAME_RUN)
+        return list(found.values())
 
     def planned(self) -> int | None:
         """Return how many runs the result that is there was planned with; None if there is none."""
@@ -95,18 +123,18 @@ class ResultFolder:
             return {}
 
 
-def first_line(path: Path) -> Header | None:
-    """Return a log's header, or None if its first line is none."""
+def first_line(path: Path) -> Header:
+    """Return a log's header.
+
+    Raises:
+        InputError: its first line is none.
+    """
     with path.open("rb") as file:
         try:
             return msgspec.json.decode(file.readline(), type=Header)
-        except msgspec.DecodeError:
-            return None
+        except msgspec.DecodeError as error:
+            raise damaged(path, f"line 1: {error}") from None
 
 
-def _is_whole(path: Path) -> bool:
-    try:
-        msgspec.json.decode(path.read_bytes().splitlines()[-1], type=Ending)
-    except msgspec.DecodeError:
-        return False
-    return True
+def _misplaced(path: Path, found: str, wanted: str) -> InputError:
+    return InputError(where=str(path), found=found, wanted=wanted, todo="move what does not belong out of the folder")

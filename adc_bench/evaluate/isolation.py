@@ -1,80 +1,69 @@
-"""A submission's process, seen from the episode loop: started fresh, given orders, held to its budgets, ended."""
+"""The conversation with a submission's process, in the episode loop's words: held to its budgets, every fault named."""
 
-import contextlib
-import os
-import signal
-import socket
-import subprocess
-import sys
 import time
-from pathlib import Path
 from types import TracebackType
 
 import msgspec
 
 from adc_bench.api import Mission
 from adc_bench.errors import InputError
+from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load
+from adc_bench.evaluate.arrival import ArrivalClock
 from adc_bench.evaluate.ending import Ending, Reason
-from adc_bench.evaluate.rules import Rules
-from adc_bench.evaluate.wire import Answer, Begin, Channel, ClosedError, Done, Fault, Load, Reply, Sense
+from adc_bench.evaluate.launch import Launched
+from adc_bench.evaluate.limits import Limits
+from adc_bench.evaluate.protocol import (
+    VERSION,
+    CommandMessage,
+    Fault,
+    Hello,
+    MissionMessage,
+    Ready,
+    Reply,
+    command_in,
+    kind_of,
+)
+from adc_bench.evaluate.sensed import Sensed, message_of
+from adc_bench.evaluate.wire import Channel, ClosedError, MessageError, ShapeError
+from adc_bench.world.sensors import SensorRig
 
-# In words, for timing.json: the child shares the machine, the user and the file system with the simulator.
-ISOLATION = "none (child process)"
-
-# All that a child sees of the environment, and one thread for every library that would choose its own number.
-ENVIRONMENT_KEPT = ("PATH", "HOME", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "PYTHONPATH", "TMPDIR")
-ENVIRONMENT_SET = {
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "PYTHONHASHSEED": "0",
-    "PYTHONUNBUFFERED": "1",
-    "PYTHONDONTWRITEBYTECODE": "1",
-}
-
-
-class AgentFailedError(Exception):
-    """The submission failed as a program; `ending` says how."""
-
-    def __init__(self, ending: Ending) -> None:
-        super().__init__(ending.reason)
-        self.ending = ending
+POLL_S = 0.05
 
 
 class AgentProcess:
     """A context manager: the process lives inside it and is killed, with all it started, at its end.
 
-    `log_path` receives what the submission prints. Entering returns at once; the submission loads meanwhile.
+    Entering returns at once; the submission loads meanwhile.
     """
 
-    def __init__(self, load: Load, log_path: Path, rules: Rules) -> None:
-        self._load, self._log_path, self._rules = load, log_path, rules
+    def __init__(self, load: Load, rig: SensorRig, limits: Limits) -> None:
+        self._load, self._rig, self._limits = load, rig, limits
+        self._thought_s = self._asked_s = 0.0
+        self._step = -1
+        self._channel: Channel | None = None
 
     def __enter__(self) -> "AgentProcess":
-        ours, theirs = socket.socketpair()
-        with self._log_path.open("wb") as log, theirs:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-X", "faulthandler", "-m", "adc_bench.evaluate.child", str(theirs.fileno())],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                pass_fds=[theirs.fileno()],
-                cwd=self._load.folder or self._log_path.parent,
-                env={key: os.environ[key] for key in ENVIRONMENT_KEPT if key in os.environ} | ENVIRONMENT_SET,
-                start_new_session=True,
-            )
-        self._socket, self._channel = ours, Channel(ours)
-        self._load_until = time.monotonic() + self._rules.load_budget_s
-        self._channel.send(self._load)
+        self._child = Launched(self._load, self._rig, self._limits)
+        self._load_until = time.monotonic() + self._limits.load_s
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._socket.close()
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
+        if self._channel:
+            self._clock.stop()
+            self._socket.close()
+        self._child.close()
+
+    @property
+    def isolation(self) -> Isolation:
+        """How far the submission is kept from the rest."""
+        return self._child.isolation
+
+    @property
+    def printed(self) -> bytes:
+        """What the submission has printed; whole once the context is left."""
+        return self._child.watch.printed
 
     def wait_loaded(self) -> None:
         """Wait until the submission is loaded.
@@ -82,73 +71,120 @@ class AgentProcess:
         Raises:
             InputError: it cannot be loaded; nothing can be scored.
         """
-        budget_s = max(self._load_until - time.monotonic(), 0.0)
-        where, wanted = f"submission entry {self._load.entry}", "a submission that loads"
         try:
-            reply = self._channel.receive(Reply, budget_s)
+            self._connect()
+            assert self._channel is not None
+            reply = self._channel.receive(Reply, max(self._load_until - time.monotonic(), 0.0))
         except TimeoutError:
-            found = f"still loading after {self._rules.load_budget_s:g} s"
-            raise InputError(where=where, found=found, wanted=wanted, todo="load less, or in start()") from None
-        except (ClosedError, msgspec.DecodeError):
-            found = f"its process ended while loading ({self._how_it_ended()})"
-            todo = f"read {self._log_path}, which holds what it printed"
-            raise InputError(where=where, found=found, wanted=wanted, todo=todo) from None
+            raise self._unloadable(f"still loading after {self._limits.load_s:g} s") from None
+        except ClosedError:
+            raise self._unloadable(f"its process ended while loading ({self._child.how_it_ended()})") from None
+        except MessageError as error:
+            raise self._unloadable(f"a message that is none: {error}") from None
         if isinstance(reply, Fault):
-            raise InputError(where=reply.where or where, found=reply.found, wanted=reply.wanted, todo=reply.todo)
-        assert isinstance(reply, Done)
+            wanted, todo = reply.wanted or "a submission that loads", reply.todo or "mend it"
+            raise InputError(where=reply.where or self._where, found=reply.found, wanted=wanted, todo=todo)
+        if not isinstance(reply, Hello) or reply.protocol != VERSION:
+            found = f"protocol {reply.protocol}" if isinstance(reply, Hello) else f"a {kind_of(reply)} at first"
+            raise self._unloadable(f"{found}, where hello with protocol {VERSION} was due")
+
+    @property
+    def _where(self) -> str:
+        return f"submission entry {self._load.name}"
+
+    def _unloadable(self, found: str) -> InputError:
+        lines = self.printed.decode(errors="replace").strip().splitlines()[-8:]
+        said = "".join(f"\n    | {line}" for line in lines)
+        todo = "mend the submission; `adc-bench validate` tries it quickly"
+        return InputError(where=self._where, found=found + said, wanted="a submission that loads", todo=todo)
+
+    def _connect(self) -> None:
+        """Wait for the submission to connect; nobody can a second time."""
+        self._child.listener.settimeout(POLL_S)
+        while True:
+            try:
+                self._socket, _ = self._child.listener.accept()
+                break
+            except TimeoutError:
+                if self._child.has_ended:
+                    raise ClosedError from None
+                if time.monotonic() > self._load_until:
+                    raise
+        self._child.listener.close()
+        self._channel = Channel(self._socket, self._limits.message_bytes)
+        self._clock = ArrivalClock(self._socket)
 
     def start(self, mission: Mission) -> None:
-        """Call the agent's `start`.
+        """Tell the mission and wait until the submission is ready.
 
         Raises:
-            AgentFailedError: it raised, took too long, or its process died.
+            AgentFailedError: it gave up, took too long, or its process died.
         """
-        self._order(Begin(mission=mission))
-        self._reply(self._rules.start_budget_s, Reason.START_TIMEOUT, Reason.START_RAISED)
+        self._send(MissionMessage(mission=mission))
+        reply = self._receive(self._limits.start_s, Reason.START_TIMEOUT, Reason.START_RAISED)
+        if not isinstance(reply, Ready):
+            raise _failed(Reason.OUT_OF_TURN, f"a {kind_of(reply)} where ready was due")
 
-    def ask(self, sense: Sense) -> None:
+    def ask(self, sensed: Sensed) -> None:
         """Hand over an observation; returns at once.
 
         Raises:
-            AgentFailedError: the process died.
+            AgentFailedError: the process died, or takes no messages.
         """
-        self._order(sense)
+        message = message_of(sensed, self._child.shelf)
+        self._step = sensed.step
+        self._asked_s = time.perf_counter()
+        self._send(message)
 
-    def answer(self) -> Answer:
+    def answer(self) -> Answered:
         """Wait for the command to the last observation; the budget counts from now.
 
         Raises:
-            AgentFailedError: the agent raised, took too long, died, or answered with something that is no command.
+            AgentFailedError: the submission gave up, took too long, died, or answered with what is no command.
         """
-        reply = self._reply(self._rules.step_budget_s, Reason.STEP_TIMEOUT, Reason.STEP_RAISED)
-        if not isinstance(reply, Answer):
-            raise AgentFailedError(Ending(reason=Reason.NOT_A_COMMAND, detail="an answer out of turn"))
-        return reply
+        reply = self._receive(self._limits.step_s, Reason.STEP_TIMEOUT, Reason.STEP_RAISED)
+        took_s = self._took_s()
+        self._thought_s += took_s
+        if not isinstance(reply, CommandMessage) or reply.step != self._step:
+            found = f"a command for step {reply.step}" if isinstance(reply, CommandMessage) else f"a {kind_of(reply)}"
+            raise _failed(Reason.OUT_OF_TURN, f"{found} where the command for step {self._step} was due")
+        if self._thought_s > self._limits.total_s:
+            raise _failed(Reason.TOTAL_TIMEOUT, f"thought for more than {self._limits.total_s:g} s in all")
+        return Answered(command=command_in(reply), compute_s=took_s)
 
-    def _order(self, order: Begin | Sense) -> None:
+    def _took_s(self) -> float:
+        arrived_s, now_s = self._clock.last_s, time.perf_counter()
+        return (arrived_s if arrived_s > self._asked_s else now_s) - self._asked_s
+
+    def _send(self, order: msgspec.Struct) -> None:
+        assert self._channel is not None
         try:
-            self._channel.send(order)
+            self._channel.send(order, self._limits.step_s)
         except ClosedError:
-            raise AgentFailedError(Ending(reason=Reason.DIED, detail=self._how_it_ended())) from None
-
-    def _reply(self, budget_s: float, too_late: Reason, raised: Reason) -> Done | Answer:
-        try:
-            reply: Done | Answer | Fault = self._channel.receive(Reply, budget_s)
+            raise AgentFailedError(self._end()) from None
         except TimeoutError:
-            raise AgentFailedError(Ending(reason=too_late, detail=f"no answer within {budget_s:g} s")) from None
+            raise _failed(Reason.STEP_TIMEOUT, f"took no message within {self._limits.step_s:g} s") from None
+
+    def _receive(self, budget_s: float, too_late: Reason, raised: Reason) -> Hello | Ready | CommandMessage:
+        assert self._channel is not None
+        try:
+            reply: Reply = self._channel.receive(Reply, budget_s)
+        except TimeoutError:
+            raise _failed(too_late, f"no answer within {budget_s:g} s") from None
         except ClosedError:
-            raise AgentFailedError(Ending(reason=Reason.DIED, detail=self._how_it_ended())) from None
-        except msgspec.DecodeError as error:
-            raise AgentFailedError(Ending(reason=Reason.NOT_A_COMMAND, detail=str(error))) from None
+            raise AgentFailedError(self._end()) from None
+        except ShapeError as error:
+            raise _failed(Reason.NOT_A_COMMAND, str(error)) from None
+        except MessageError as error:
+            raise _failed(Reason.BAD_MESSAGE, str(error)) from None
         if isinstance(reply, Fault):
-            raise AgentFailedError(
-                Ending(reason=Reason.NOT_A_COMMAND if reply.is_command else raised, detail=reply.found)
-            )
+            raise _failed(Reason.NOT_A_COMMAND if reply.kind == "not-a-command" else raised, reply.found)
         return reply
 
-    def _how_it_ended(self) -> str:
-        try:
-            code = self._process.wait(timeout=1.0)
-        except subprocess.TimeoutExpired:
-            return "it closed its connection"
-        return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
+    def _end(self) -> Ending:
+        how = self._child.how_it_ended()
+        return self._child.watch.verdict or Ending(reason=Reason.DIED, detail=how)
+
+
+def _failed(reason: Reason, detail: str) -> AgentFailedError:
+    return AgentFailedError(Ending(reason=reason, detail=detail))

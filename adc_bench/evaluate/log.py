@@ -3,6 +3,7 @@
 Floats are written in their shortest exact form, so that a score from the log equals the score of the drive.
 """
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
@@ -90,32 +91,49 @@ class EpisodeLog(msgspec.Struct, frozen=True, kw_only=True):
     ending: Ending
 
 
+class Seal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The last line: the ending, and the digest of all lines before it."""
+
+    ending: Ending
+    sha256: str
+
+
+def log_bytes(header: Header, rows: Sequence[Row], ending: Ending) -> bytes:
+    """Return the file of a finished run."""
+    lines = b"".join(msgspec.json.encode(line) + b"\n" for line in (header, *rows))
+    seal = Seal(ending=ending, sha256=hashlib.sha256(lines).hexdigest())
+    return lines + msgspec.json.encode(seal) + b"\n"
+
+
 def write_log(path: Path, header: Header, rows: Sequence[Row], ending: Ending) -> None:
     """Write a finished run; nothing is there before it is complete."""
-    lines = [msgspec.json.encode(line) for line in (header, *rows, ending)]
-    write_file(path, b"\n".join(lines) + b"\n")
+    write_file(path, log_bytes(header, rows, ending))
 
 
 def read_log(path: Path) -> EpisodeLog:
     """Return the run in a file.
 
     Raises:
-        InputError: a line is not what it should be, or the file ends before its ending.
+        InputError: a line is not what it should be or was altered, or the file ends before its ending.
     """
-    lines = path.read_bytes().splitlines()
+    whole = path.read_bytes()
+    lines = whole.splitlines(keepends=True)
     if len(lines) < 2:
-        raise _broken(path, "fewer than two lines")
-    kinds = [Header, *[Row] * (len(lines) - 2), Ending]
+        raise damaged(path, "fewer than two lines")
+    kinds = [Header, *[Row] * (len(lines) - 2), Seal]
     decoded = []
     for number, (line, kind) in enumerate(zip(lines, kinds, strict=True), start=1):
         try:
             decoded.append(msgspec.json.decode(line, type=kind))
         except msgspec.DecodeError as error:
-            raise _broken(path, f"line {number} of {len(lines)}: {error}") from None
-    return EpisodeLog(header=decoded[0], rows=tuple(decoded[1:-1]), ending=decoded[-1])
+            raise damaged(path, f"line {number} of {len(lines)}: {error}") from None
+    if hashlib.sha256(whole[: -len(lines[-1])]).hexdigest() != decoded[-1].sha256:
+        raise damaged(path, "other lines than were written")
+    return EpisodeLog(header=decoded[0], rows=tuple(decoded[1:-1]), ending=decoded[-1].ending)
 
 
-def _broken(path: Path, found: str) -> InputError:
+def damaged(path: Path, found: str) -> InputError:
+    """Return the error of a log that cannot be read."""
     return InputError(
         where=str(path),
         found=f"a damaged episode log: {found}",

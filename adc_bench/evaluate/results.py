@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import fmean
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import msgspec
 import numpy as np
 
+from adc_bench.evaluate.agent_side import Isolation
 from adc_bench.evaluate.ending import Status
-from adc_bench.evaluate.isolation import ISOLATION
 from adc_bench.evaluate.log import EpisodeLog
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.score import Episode, score
@@ -44,6 +44,7 @@ class EpisodeTiming(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     agent_p50_s: float | None
     agent_p95_s: float | None
     agent_max_s: float | None
+    isolation: Isolation
 
 
 class Latency(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -58,10 +59,10 @@ class Latency(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class Timing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`timing.json`."""
+    """`timing.json`. `isolation` is that of the run that had the least."""
 
     schema: Literal["adc-bench-timing-1"] = "adc-bench-timing-1"
-    isolation: str = ISOLATION
+    isolation: Isolation
     latency: Latency
     episodes: dict[str, EpisodeTiming]
 
@@ -149,7 +150,7 @@ def summary_of(episodes: Sequence[Episode]) -> dict[str, Statistic]:
     return summary
 
 
-def episode_timing(wall_s: float, sim_time_s: float, compute_s: Sequence[float]) -> EpisodeTiming:
+def episode_timing(wall_s: float, sim_time_s: float, compute_s: Sequence[float], isolation: Isolation) -> EpisodeTiming:
     """Return the timing of a run from its wall time, its simulated time and the agent's times."""
     p50, p95, longest = np.quantile(compute_s, (0.5, 0.95, 1.0)).tolist() if compute_s else (None, None, None)
     return EpisodeTiming(
@@ -159,16 +160,18 @@ def episode_timing(wall_s: float, sim_time_s: float, compute_s: Sequence[float])
         agent_p50_s=p50,
         agent_p95_s=p95,
         agent_max_s=longest,
+        isolation=isolation,
     )
 
 
 def timing_of(episodes: Mapping[str, EpisodeTiming], declared_s: float, control_period_s: float) -> Timing:
-    """Return the timing of a folder with its verdict on the agent's latency."""
+    """Return the timing of a folder, at least one run, with its verdict on the agent's latency."""
     measured = [timing.agent_p95_s for timing in episodes.values() if timing.agent_p95_s is not None]
     slowest_s = max(measured, default=None)
     allowed_s = control_period_s + declared_s
     kept: Literal["within", "exceeded"] = "within" if slowest_s is None or slowest_s <= allowed_s else "exceeded"
     return Timing(
+        isolation=min((timing.isolation for timing in episodes.values()), key=get_args(Isolation)[::-1].index),
         latency=Latency(
             declared_s=declared_s,
             allowed_s=allowed_s,

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from adc_bench.evaluate.limits import Limits
 from adc_bench.sim import DYNAMICS, DynamicsSpec
 from adc_bench.world.arena import ArenaSpec
 from adc_bench.world.course import CourseSpec
@@ -41,9 +42,7 @@ class Rules(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     id: str = "adc-bench-1"
     control_period_s: float = 0.05
     start_x_m: float = -0.65
-    load_budget_s: float = 60.0  # wall time to import the submission and make its agent
-    start_budget_s: float = 60.0  # wall time of `start`
-    step_budget_s: float = 10.0  # wall time of one `step`
+    limits: Limits = Limits()
     touch_gap_s: float = 2.0  # a wheel on a line is a new touch after this long without one
     false_start_m: float = 0.05
     blocked_progress_m: float = 0.10

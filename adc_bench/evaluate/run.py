@@ -1,23 +1,21 @@
 """A suite driven into a result folder: what is there already is kept, what is missing is driven, then all is scored."""
 
+import itertools
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 
-from adc_bench import __version__
 from adc_bench.dataset.layout import write_file
+from adc_bench.engine import Done, Engine, default_workers, run_tasks
 from adc_bench.errors import InputError
-from adc_bench.evaluate.episode import Plan, drive
+from adc_bench.evaluate.driving import RunFiles, RunTask, agent_side, drive_task, process_renderer, software
+from adc_bench.evaluate.episode import Plan
 from adc_bench.evaluate.folder import ResultFolder, first_line
-from adc_bench.evaluate.log import EpisodeLog, Header, RunId, write_log
+from adc_bench.evaluate.log import EpisodeLog, Header, RunId
 from adc_bench.evaluate.plot import plot_paths
-from adc_bench.evaluate.results import Result, episode_timing, result_of, timing_of, to_json
+from adc_bench.evaluate.results import Result, result_of, timing_of, to_json
 from adc_bench.evaluate.rules import RULES, Rules
-from adc_bench.evaluate.submission import Submission
+from adc_bench.evaluate.submission import Submission, require_driver
 from adc_bench.evaluate.suite import Suite, mission_for, rules_for, rules_id, scenario_for, start_step
-from adc_bench.render import ArenaRenderer
-
-PACKAGES = ("sapien", "numpy", "scipy", "opencv-python-headless", "torch")
 
 
 def evaluate_submission(
@@ -27,17 +25,24 @@ def evaluate_submission(
     *,
     episodes: int | None = None,
     overwrite: bool = False,
+    engine: Engine = "local",
+    workers: int | None = 1,
+    in_process: bool = False,
     tell: Callable[[int], None] = lambda done: None,
     rules: Rules = RULES,
 ) -> Result:
     """Drive a suite's first `episodes` runs (all if None) and write the result folder; `tell` hears how many are done.
 
+    The bytes are the same for any engine, any number of workers (see `run_tasks`), and `in_process` or not.
+
     Raises:
-        InputError: the submission cannot be loaded, or the folder belongs to another run.
-        MachineError: this machine cannot render.
+        UsageError: `in_process` with a submission that is a command.
+        InputError: the submission is no driver or cannot be loaded, or the folder belongs to another run or is damaged.
+        MachineError: this machine, or a node, cannot render; workers died again and again; no cluster.
     """
+    require_driver(submission)
     rules = rules_for(suite, rules)
-    renderer = ArenaRenderer(rules.rig)
+    renderer = process_renderer(rules.rig)
     run = RunId(
         suite=suite,
         rules=rules_id(suite, rules),
@@ -47,16 +52,23 @@ def evaluate_submission(
     folder = ResultFolder(out)
     folder.open(run, overwrite=overwrite)
     plans = [plan_for(run, seed, submission, rules) for seed in suite.seeds[:episodes]]
-    for done, plan in enumerate(plans, start=1):
-        if not folder.has(plan.header):
-            _drive_into(folder, plan, renderer)
-        tell(done)
+    missing = [plan for plan in plans if not folder.has(plan.header)]
+    if missing:
+        with agent_side(submission.load, rules, in_process=in_process) as agent:
+            agent.wait_loaded()
+    if engine == "local":
+        workers = min(workers or default_workers(), max(len(missing), 1))
+    kept = len(plans) - len(missing)
+    tell(kept)
+    counted = itertools.count(kept + 1)
+
+    def told(done: Done[RunFiles]) -> None:
+        _put(folder, done.result, submission.id.latency_s, rules)
+        tell(next(counted))
+
+    tasks = (RunTask(plan=plan, in_process=in_process) for plan in missing)
+    run_tasks(drive_task, tasks, engine=engine, workers=workers, done=told)
     return _score_into(folder, suite, len(plans), rules)
-
-
-def software(renderer_name: str) -> dict[str, str]:
-    """Return the versions that a run's bytes depend on."""
-    return {"adc_bench": __version__, "renderer": renderer_name, **{name: version(name) for name in PACKAGES}}
 
 
 def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES) -> Plan:
@@ -77,15 +89,13 @@ def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES
     return Plan(header=header, scenario=scenario, mission=mission, load=submission.load, rules=rules)
 
 
-def _drive_into(folder: ResultFolder, plan: Plan, renderer: ArenaRenderer) -> None:
-    """Drive a run and write its timing, then its log: a log that is there always has its timing."""
-    scenario = plan.header.scenario
-    driven = drive(plan, renderer, folder.child_log_path(scenario))
-    timing = episode_timing(driven.wall_s, driven.rows[-1].time_s, driven.compute_s)
-    timings = folder.timings() | {scenario: timing}
-    whole = timing_of(timings, plan.mission.latency_s, plan.rules.control_period_s)
-    write_file(folder.timing_path, to_json(whole))
-    write_log(folder.episode_path(scenario), plan.header, driven.rows, driven.ending)
+def _put(folder: ResultFolder, run: RunFiles, latency_s: float, rules: Rules) -> None:
+    """Write what a run left, its log last: a log that is there always has the rest."""
+    write_file(folder.printed_path(run.scenario), run.printed)
+    folder.put_failure(run.scenario, run.failure)
+    timings = folder.timings() | {run.scenario: run.timing}
+    write_file(folder.timing_path, to_json(timing_of(timings, latency_s, rules.control_period_s)))
+    write_file(folder.episode_path(run.scenario), run.log)
 
 
 def _score_into(folder: ResultFolder, suite: Suite, planned: int, rules: Rules) -> Result:
@@ -137,7 +147,7 @@ def _no_log(folder: ResultFolder) -> InputError:
 
 def _driven_suite(folder: ResultFolder, rules: Rules) -> Suite:
     headers = [first_line(path) for path in folder.episode_paths()]
-    header = next((header for header in headers if header is not None), None)
+    header = next(iter(headers), None)
     if header is None:
         raise _no_log(folder)
     suite = header.run.suite

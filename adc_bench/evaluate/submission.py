@@ -1,7 +1,6 @@
 """A submission: what its `submission.toml` says, or a built-in driver, and the digest of all that drives."""
 
-import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,22 +8,27 @@ from typing import Annotated, Literal
 import msgspec
 
 from adc_bench.errors import InputError
-from adc_bench.evaluate.wire import Load
+from adc_bench.evaluate.agent_side import Load
+from adc_bench.evaluate.submission_files import digest
 from adc_bench.world.records import load_record
 
 Name = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=60)]
 Entry = Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")]
 Latency = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+Kind = Literal["driver", "localizer", "detector"]
 PACKAGE = Path(__file__).parents[1]
 
 
 class SubmissionFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """`submission.toml`: `entry` is module:factory, the factory takes nothing and returns the agent."""
+    """`submission.toml`: `entry` is module:factory, the factory takes nothing and returns the agent; or in its place
+    `command`, a program of the folder or the system with its arguments, which speaks the protocol.
+    """
 
     name: Name
     authors: tuple[str, ...]
-    kind: Literal["driver"]
-    entry: Entry
+    kind: Kind
+    entry: Entry | None = None
+    command: Annotated[tuple[str, ...], msgspec.Meta(min_length=1)] | None = None
     latency_s: Latency = 0.0
 
 
@@ -33,7 +37,7 @@ class SubmissionId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     name: Name
     authors: tuple[str, ...]
-    kind: Literal["driver"]
+    kind: Kind
     sha256: str
     latency_s: Latency
     options: dict[str, str]
@@ -56,9 +60,24 @@ def load_submission(source: str, options: Mapping[str, str]) -> Submission:
     folder, options = Path(source), dict(options)
     if not (folder / "submission.toml").is_file():
         return _built_in(source, options)
-    file = load_record(folder / "submission.toml", SubmissionFile)
-    load = Load(folder=str(folder.resolve()), entry=file.entry, options=_absolute(options))
-    return _submission(file, folder, load, options)
+    path = folder / "submission.toml"
+    file = load_record(path, SubmissionFile)
+    if (file.entry is None) == (file.command is None):
+        found = "neither entry nor command" if file.entry is None else "both entry and command"
+        wanted = 'entry = "module:factory", or command = ["program", "argument"]'
+        raise InputError(where=str(path), found=found, wanted=wanted, todo="say one of the two")
+    return _submission(file, folder, options, is_built_in=False)
+
+
+def require_driver(submission: Submission) -> None:
+    """Raise InputError unless the submission is a driver, the kind that suites drive."""
+    if submission.id.kind != "driver":
+        raise InputError(
+            where=f"submission {submission.id.name}",
+            found=f"kind = {submission.id.kind!r}",
+            wanted="kind = 'driver': a suite is driven",
+            todo="submit a driver; one may be built around the same localizer or detector",
+        )
 
 
 def _built_in(name: str, options: dict[str, str]) -> Submission:
@@ -72,40 +91,30 @@ def _built_in(name: str, options: dict[str, str]) -> Submission:
             todo="name a submission's folder or a built-in one",
         )
     file = SubmissionFile(name=name, authors=("adc-bench",), kind="driver", entry="reference:built_in")
-    return _submission(file, PACKAGE, Load(folder=None, entry=name, options=_absolute(options)), options)
+    return _submission(file, PACKAGE, options, is_built_in=True)
 
 
-def _submission(file: SubmissionFile, folder: Path, load: Load, options: dict[str, str]) -> Submission:
+def _submission(file: SubmissionFile, folder: Path, options: dict[str, str], *, is_built_in: bool) -> Submission:
+    sha256 = digest(folder, options)
     return Submission(
         id=SubmissionId(
             name=file.name,
             authors=file.authors,
             kind=file.kind,
-            sha256=digest(folder, options),
+            sha256=sha256,
             latency_s=file.latency_s,
             options=options,
         ),
-        load=load,
+        load=Load(
+            folder=None if is_built_in else str(folder.resolve()),
+            entry=file.name if is_built_in else file.entry or "",
+            command=file.command or (),
+            options=_absolute(options),
+            sha256=sha256,
+        ),
     )
 
 
 def _absolute(options: Mapping[str, str]) -> dict[str, str]:
     """Return the options with files named by their full path: the child runs in another folder."""
     return {key: str(Path(value).resolve()) if Path(value).is_file() else value for key, value in options.items()}
-
-
-def digest(folder: Path, options: Mapping[str, str]) -> str:
-    """Return the sha256 over the folder's files (hidden ones and compiled Python left out) and the options' files."""
-    whole = hashlib.sha256()
-    for name, path in (*_files(folder), *((key, Path(v)) for key, v in sorted(options.items()) if Path(v).is_file())):
-        content = path.read_bytes()
-        whole.update(f"{name}\n{len(content)}\n".encode() + content)
-    return whole.hexdigest()
-
-
-def _files(folder: Path) -> Iterator[tuple[str, Path]]:
-    for path in sorted(folder.rglob("*")):
-        name = path.relative_to(folder)
-        hidden = any(part.startswith(".") or part == "__pycache__" for part in name.parts)
-        if path.is_file() and not hidden:
-            yield name.as_posix(), path

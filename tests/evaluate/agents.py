@@ -127,8 +127,9 @@ class LeavesAChild(Still):
         super().start(mission)
         import subprocess
 
-        child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
-        print(child.pid)
+        mark = f"import time; time.sleep(600)  # {os.urandom(8).hex()}"
+        subprocess.Popen([sys.executable, "-c", mark])
+        print(mark)
 
 
 class NoStep:
@@ -143,6 +144,7 @@ def raises_when_made() -> Still:
 
 
 def dies_when_made() -> Still:
+    print("dying")
     os._exit(5)
 
 

@@ -7,6 +7,7 @@ import msgspec
 import pytest
 from made_runs import MakeSubmission
 
+from adc_bench.evaluate.limits import Limits
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.submission import Submission, load_submission
 from adc_bench.evaluate.suite import Suite, load_suite
@@ -44,7 +45,7 @@ def renderer() -> ArenaRenderer:
 @pytest.fixture(scope="session")
 def hurried() -> Rules:
     """The rules with budgets that a test can wait for."""
-    return msgspec.structs.replace(RULES, load_budget_s=20.0, start_budget_s=1.0, step_budget_s=1.0)
+    return msgspec.structs.replace(RULES, limits=Limits(load_s=20.0, start_s=1.0, step_s=1.0))
 
 
 @pytest.fixture(scope="session")

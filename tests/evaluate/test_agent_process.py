@@ -1,5 +1,6 @@
 """A submission's process without a simulator: observations made by hand."""
 
+import contextlib
 import time
 from pathlib import Path
 
@@ -11,53 +12,72 @@ from made_runs import MakeSubmission
 
 from adc_bench.api import EncoderSamples, ImuSamples, LaserScan, SeenObject
 from adc_bench.errors import InputError
+from adc_bench.evaluate.agent_side import AgentFailedError, Answered
 from adc_bench.evaluate.ending import Reason
-from adc_bench.evaluate.isolation import AgentFailedError, AgentProcess
-from adc_bench.evaluate.rules import Rules
+from adc_bench.evaluate.isolation import AgentProcess
+from adc_bench.evaluate.limits import Limits
+from adc_bench.evaluate.protocol import Order
+from adc_bench.evaluate.rules import RULES, Rules
+from adc_bench.evaluate.sensed import Sensed, message_of, observation_in, observation_of
+from adc_bench.evaluate.shelf import ReadShelf, WrittenShelf
 from adc_bench.evaluate.submission import Submission
 from adc_bench.evaluate.suite import load_suite, mission_for
-from adc_bench.evaluate.wire import Answer, Sense, observation, sense
+from adc_bench.evaluate.wire import decoded, encoded
 from adc_bench.geometry import Pose2
 from adc_bench.world.salt import VARIABLE
 
 MISSION = mission_for(load_suite("dev"), latency_s=0.0, options={})
 
 
-def made_sense(step: int) -> Sense:
+def made_sensed(step: int, laser: LaserScan | None = None, objects: tuple[SeenObject, ...] = ()) -> Sensed:
     bgr = np.full((24, 32, 3), (200, 100, 10), dtype=np.uint8)
     jpeg = cv2.imencode(".jpg", bgr)[1].tobytes()
     time_s = np.array([step * 0.05])
-    encoders = EncoderSamples(time_s=time_s, left_ticks=np.array([step]), right_ticks=np.array([step]))
-    imu = ImuSamples(time_s=time_s, yaw_rate_radps=np.zeros(1), acceleration_x_mps2=np.zeros(1))
-    return sense(step, step * 0.05, {"road": (step * 0.05, jpeg)}, encoders, imu)
+    return Sensed(
+        step=step,
+        time_s=step * 0.05,
+        pictures={"road": (step * 0.05, jpeg)},
+        encoders=EncoderSamples(time_s=time_s, left_ticks=np.array([step]), right_ticks=np.array([step])),
+        imu=ImuSamples(time_s=time_s, yaw_rate_radps=np.zeros(1), acceleration_x_mps2=np.zeros(1)),
+        laser=laser,
+        objects=objects,
+    )
 
 
-SCAN = LaserScan(time_s=0.1, ranges_m=np.random.default_rng(1).uniform(0.06, 3.0, size=338))
+SCAN = LaserScan(time_s=0.1, ranges_m=np.append(np.random.default_rng(1).uniform(0.06, 3.0, size=337), np.inf))
 SEEN = SeenObject(category="crosswalk", instance="crosswalk", pose_robot_object=Pose2(x_m=0.65, y_m=0.4, yaw_rad=0.0))
 
 
-def test_scan_and_objects_pass_the_wire_to_the_last_bit() -> None:
-    message = msgspec.structs.replace(made_sense(2), objects=(SEEN,))
-    assert observation(message).laser is None
-    encoders = EncoderSamples(time_s=np.zeros(0), left_ticks=np.zeros(0, np.int64), right_ticks=np.zeros(0, np.int64))
-    imu = ImuSamples(time_s=np.zeros(0), yaw_rate_radps=np.zeros(0), acceleration_x_mps2=np.zeros(0))
-    sent = sense(2, 0.1, {}, encoders, imu, laser=SCAN, objects=(SEEN,))
-    back = observation(msgspec.msgpack.decode(msgspec.msgpack.encode(sent), type=Sense))
-    assert back.laser is not None and back.laser.time_s == 0.1
-    assert back.laser.ranges_m.tobytes() == SCAN.ranges_m.tobytes()
-    assert back.laser.ranges_m.dtype == np.float64
-    assert back.objects == (SEEN,)
+def test_observations_pass_the_wire_to_the_last_bit(tmp_path: Path) -> None:
+    sent = made_sensed(2, SCAN, (SEEN,))
+    written = WrittenShelf(tmp_path / "pictures", RULES.rig)
+    back = observation_in(decoded(encoded(message_of(sent, written)), Order), ReadShelf(tmp_path / "pictures"))
+    direct = observation_of(sent)
+    assert back.laser is not None and back.laser.ranges_m.tobytes() == SCAN.ranges_m.tobytes()
+    assert (back.laser.time_s, back.objects) == (0.1, (SEEN,))
+    assert np.array_equal(back.pictures["road"].rgb, direct.pictures["road"].rgb)
+    for name in ("encoders", "imu"):
+        pairs = zip(vars(getattr(back, name)).values(), vars(getattr(direct, name)).values(), strict=True)
+        assert all(np.array_equal(a, b) and a.dtype == b.dtype for a, b in pairs)
+    written.put("road", np.zeros((24, 32, 3), np.uint8))
+    assert back.pictures["road"].rgb.mean() > 50, "a picture taken is the agent's own"
+    written.close()
 
 
-def talk(submission: Submission, rules: Rules, log: Path, steps: int = 10) -> list[Answer]:
-    with AgentProcess(submission.load, log, rules) as agent:
-        agent.wait_loaded()
-        agent.start(MISSION)
-        answers = []
-        for step in range(steps):
-            agent.ask(made_sense(step))
-            answers.append(agent.answer())
-        return answers
+def talk(submission: Submission, rules: Rules, log: Path, steps: int = 10) -> list[Answered]:
+    """Talk with a submission for some steps; `log` receives what it printed."""
+    process = AgentProcess(submission.load, rules.rig, rules.limits)
+    try:
+        with process as agent:
+            agent.wait_loaded()
+            agent.start(MISSION)
+            answers = []
+            for step in range(steps):
+                agent.ask(made_sensed(step))
+                answers.append(agent.answer())
+            return answers
+    finally:
+        log.write_bytes(process.printed)
 
 
 def test_an_agent_sees_the_observation_and_one_thread(
@@ -91,7 +111,7 @@ def test_what_it_prints_goes_to_its_log(submission_of: MakeSubmission, hurried: 
         ("HangsAtThree", Reason.STEP_TIMEOUT, "no answer within 1 s", 3),
         ("DiesAtFour", Reason.DIED, "exit status 9", 4),
         ("NotACommand", Reason.NOT_A_COMMAND, "tuple in place of a Command", 0),
-        ("TextInCommand", Reason.NOT_A_COMMAND, "Expected `float`, got `str` - at `$.command.v_mps`", 0),
+        ("TextInCommand", Reason.NOT_A_COMMAND, "Expected `float`, got `str` - at `$.v_mps`", 0),
         ("RaisesInStart", Reason.START_RAISED, "RuntimeError: no map today", None),
         ("HangsInStart", Reason.START_TIMEOUT, "no answer within 1 s", None),
         ("ExitsInStart", Reason.DIED, "exit status 3", None),
@@ -108,12 +128,12 @@ def test_how_an_agent_fails(
 ) -> None:
     answered = 0
     begun = time.monotonic()
-    with AgentProcess(submission_of(factory).load, tmp_path / "log", hurried) as agent:
+    with AgentProcess(submission_of(factory).load, hurried.rig, hurried.limits) as agent:
         agent.wait_loaded()
         with pytest.raises(AgentFailedError) as caught:
             agent.start(MISSION)
             for k in range(10):
-                agent.ask(made_sense(k))
+                agent.ask(made_sensed(k))
                 agent.answer()
                 answered += 1
     assert caught.value.ending.reason is reason
@@ -128,7 +148,7 @@ def test_a_traceback_shows_the_submissions_own_lines(
     with pytest.raises(AgentFailedError) as caught:
         talk(submission_of("RaisesAtSeven"), hurried, tmp_path / "log")
     lines = caught.value.ending.detail.splitlines()
-    assert "agents.py" in lines[1] and "in step" in lines[1]
+    assert 'File "agents.py", line' in lines[1] and "in step" in lines[1], "no path of this machine"
     assert "child.py" not in caught.value.ending.detail
 
 
@@ -143,7 +163,7 @@ def test_a_traceback_shows_the_submissions_own_lines(
         ("broken", "make", "No module named 'nothing_of_this_name'", "mend the submission's code"),
         ("garbled", "make", "SyntaxError", "mend the submission's code"),
         ("absent", "make", "No module named 'absent'", "mend the submission's code"),
-        ("agents", "dies_when_made", "its process ended while loading (exit status 5)", "holds what it printed"),
+        ("agents", "dies_when_made", "its process ended while loading (exit status 5)\n    | dying", "validate"),
     ],
 )
 def test_a_submission_that_cannot_be_loaded_is_bad_input(
@@ -158,7 +178,7 @@ def test_a_submission_that_cannot_be_loaded_is_bad_input(
 
 
 def test_loading_has_a_budget(submission_of: MakeSubmission, hurried: Rules, tmp_path: Path) -> None:
-    impatient = msgspec.structs.replace(hurried, load_budget_s=0.5)
+    impatient = msgspec.structs.replace(hurried, limits=Limits(load_s=0.5))
     with pytest.raises(InputError) as caught:
         talk(submission_of("hangs_when_made"), impatient, tmp_path / "log")
     assert caught.value.found == "still loading after 0.5 s"
@@ -172,23 +192,26 @@ def test_the_environment_is_not_inherited(
     told = (tmp_path / "log").read_text()
     assert "SECRET_SEED" not in told
     assert "OMP_NUM_THREADS" in told
-    assert "submission-environment" in told, "it runs in its own folder"
+    assert "submission" in told, "it runs in its own folder"
 
 
 def test_nothing_outlives_the_run(submission_of: MakeSubmission, hurried: Rules, tmp_path: Path) -> None:
     talk(submission_of("LeavesAChild"), hurried, tmp_path / "log", steps=1)
-    pid = int((tmp_path / "log").read_text())
+    mark = (tmp_path / "log").read_text().strip()
     for _ in range(50):
-        if not running(pid):
+        if mark not in command_lines():
             return
         time.sleep(0.05)
     raise AssertionError("its child lives on")
 
 
-def running(pid: int) -> bool:
-    """Whether the process is there and no zombie."""
-    status = Path(f"/proc/{pid}/status")
-    return status.is_file() and "State:\tZ" not in status.read_text()
+def command_lines() -> str:
+    """Return the command lines of all processes."""
+    lines = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            lines.append(path.read_text())
+    return "\n".join(lines)
 
 
 def test_a_submission_does_not_see_the_organiser_s_salt(

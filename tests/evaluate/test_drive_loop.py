@@ -11,18 +11,22 @@ from made_runs import MakeSubmission
 from adc_bench.errors import InputError
 from adc_bench.evaluate.ending import Reason
 from adc_bench.evaluate.episode import Driven, drive
+from adc_bench.evaluate.isolation import AgentProcess
 from adc_bench.evaluate.log import EpisodeLog, RunId
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.run import evaluate_submission, plan_for, rescore, software
+from adc_bench.evaluate.sandbox import sandbox_fault
 from adc_bench.evaluate.score import score
 from adc_bench.evaluate.submission import Submission
 from adc_bench.evaluate.suite import Suite, rules_for, rules_id
 from adc_bench.render import ArenaRenderer
 
 
-def driven(submission: Submission, suite: Suite, renderer: ArenaRenderer, rules: Rules, log: Path) -> Driven:
+def driven(submission: Submission, suite: Suite, renderer: ArenaRenderer, rules: Rules) -> Driven:
     run = RunId(suite=suite, rules=rules_id(suite, rules), submission=submission.id, software=software("none"))
-    return drive(plan_for(run, suite.seeds[0], submission, rules), renderer, log)
+    plan = plan_for(run, suite.seeds[0], submission, rules)
+    with AgentProcess(plan.load, rules.rig, rules.limits) as agent:
+        return drive(plan, renderer, agent)
 
 
 @pytest.mark.parametrize(
@@ -41,12 +45,11 @@ def test_how_a_run_ends(
     short_suite: Suite,
     renderer: ArenaRenderer,
     hurried: Rules,
-    tmp_path: Path,
     factory: str,
     reason: Reason,
     answers: int,
 ) -> None:
-    run = driven(submission_of(factory), short_suite, renderer, hurried, tmp_path / "log")
+    run = driven(submission_of(factory), short_suite, renderer, hurried)
     assert run.ending.reason is reason
     assert [row.step for row in run.rows] == list(range(answers + 1))
     assert [row.answer is not None for row in run.rows] == [True] * answers + [False]
@@ -59,22 +62,21 @@ def test_a_command_acts_one_step_late_and_later_by_the_latency(
     short_suite: Suite,
     renderer: ArenaRenderer,
     hurried: Rules,
-    tmp_path: Path,
     latency_s: float,
     late_steps: int,
 ) -> None:
     """The command to observation 0 acts from step `late_steps` on: the first motion is in the row after it."""
     submission = submission_of("Straight", latency_s=latency_s)
-    run = driven(submission, short_suite, renderer, hurried, tmp_path / "log")
+    run = driven(submission, short_suite, renderer, hurried)
     moved = [abs(row.truth.x_m - run.rows[0].truth.x_m) > 1e-3 for row in run.rows]
     assert moved.index(True) == late_steps + 1
 
 
 def test_the_log_tells_the_run(
-    submission_of: MakeSubmission, short_suite: Suite, renderer: ArenaRenderer, hurried: Rules, tmp_path: Path
+    submission_of: MakeSubmission, short_suite: Suite, renderer: ArenaRenderer, hurried: Rules
 ) -> None:
     submission = submission_of("Straight")
-    run = driven(submission, short_suite, renderer, hurried, tmp_path / "log")
+    run = driven(submission, short_suite, renderer, hurried)
     assert [row.panel for row in run.rows] == ["stop"] * 6 + ["up"] * (len(run.rows) - 6)
     assert [row.time_s for row in run.rows] == pytest.approx(np.arange(len(run.rows)) * 0.05)
     ticks = [tick for row in run.rows for tick in row.encoders.left_ticks]
@@ -94,9 +96,9 @@ def counts(run: Driven) -> np.ndarray:
 
 
 def test_scans_and_pictures_arrive_in_their_turn(
-    submission_of: MakeSubmission, short_suite: Suite, renderer: ArenaRenderer, hurried: Rules, tmp_path: Path
+    submission_of: MakeSubmission, short_suite: Suite, renderer: ArenaRenderer, hurried: Rules
 ) -> None:
-    told = counts(driven(submission_of("Counts"), short_suite, renderer, hurried, tmp_path / "log"))
+    told = counts(driven(submission_of("Counts"), short_suite, renderer, hurried))
     times = 0.05 * np.arange(len(told))
     assert told[:, 0] == pytest.approx(times)
     assert told[:, 1] == pytest.approx(np.where(np.arange(len(told)) % 4 == 0, times, -1.0))
@@ -105,16 +107,14 @@ def test_scans_and_pictures_arrive_in_their_turn(
     assert (told[:, 5] == 0).all(), "no semantic camera"
 
 
-def test_late_cameras_and_objects_in_view(
-    submission_of: MakeSubmission, short_suite: Suite, hurried: Rules, tmp_path: Path
-) -> None:
+def test_late_cameras_and_objects_in_view(submission_of: MakeSubmission, short_suite: Suite, hurried: Rules) -> None:
     """The road camera is 0.12 s late: three steps. Its objects come with its pictures."""
     replace, rig = msgspec.structs.replace, hurried.rig
     cameras = (replace(rig.camera("road"), latency_s=0.12), rig.camera("panel"))
     rules = replace(hurried, rig=replace(rig, cameras=cameras))
     suite = replace(short_suite, semantic_camera=True, ranked=False)
     with_semantic = ArenaRenderer(rules_for(suite, rules).rig)
-    told = counts(driven(submission_of("Counts"), suite, with_semantic, rules, tmp_path / "log"))
+    told = counts(driven(submission_of("Counts"), suite, with_semantic, rules))
     steps = np.arange(len(told))
     assert told[:, 0] == pytest.approx(np.where(steps < 3, -1.0, 0.05 * (steps - 3)))
     assert told[:, 1] == pytest.approx(np.where(steps % 4 == 0, 0.05 * steps, -1.0))
@@ -129,7 +129,7 @@ def test_a_folder_is_the_same_twice_resumes_and_rescores(
     told: list[int] = []
     result = evaluate_submission(submission, short_suite, first, rules=hurried, tell=told.append)
     assert (result.status, result.planned, result.completed, result.eligible) == ("success", 2, 2, False)
-    assert told == [1, 2]
+    assert told == [0, 1, 2]
     evaluate_submission(submission, short_suite, second, episodes=1, rules=hurried)
     kept = second / "episodes" / "dev-1.jsonl"
     stamp = kept.stat().st_mtime_ns
@@ -141,11 +141,15 @@ def test_a_folder_is_the_same_twice_resumes_and_rescores(
     kept.write_bytes(kept.read_bytes()[:-40])
     with pytest.raises(InputError, match=r"a damaged episode log: line \d+"):
         rescore(second, hurried)
+    with pytest.raises(InputError, match="a damaged episode log"):
+        evaluate_submission(submission, short_suite, second, rules=hurried)
+    kept.unlink()
     evaluate_submission(submission, short_suite, second, rules=hurried)
     assert [(first / name).read_bytes() for name in names] == [(second / name).read_bytes() for name in names]
     assert rescore(second, hurried) == result
     assert sorted(path.name for path in first.iterdir()) == [
         "episodes",
+        "failures",
         "logs",
         "paths.png",
         "result.json",
@@ -202,4 +206,4 @@ def test_a_slow_agent_is_driven_to_the_end_and_its_latency_told(
     timing = msgspec.json.decode((out / "timing.json").read_bytes())
     assert timing["latency"]["verdict"] == "exceeded"
     assert timing["latency"]["allowed_s"] == 0.05
-    assert timing["isolation"] == "none (child process)"
+    assert timing["isolation"] == ("none" if sandbox_fault() else "bubblewrap")

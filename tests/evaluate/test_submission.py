@@ -3,7 +3,8 @@ from pathlib import Path
 import pytest
 
 from adc_bench.errors import InputError
-from adc_bench.evaluate.submission import digest, load_submission
+from adc_bench.evaluate.submission import load_submission, require_driver
+from adc_bench.evaluate.submission_files import digest, stage
 
 TOML = 'name = "mine"\nauthors = ["me"]\nkind = "driver"\nentry = "agent:make"\n'
 
@@ -58,7 +59,9 @@ def test_files_in_options_reach_the_agent_by_their_full_path(tmp_path: Path, mon
         (TOML.replace("agent:make", "agent.make"), "Expected `str` matching regex"),
         (TOML.replace('"mine"', '"My Own"'), "Expected `str` matching regex"),
         (TOML + "latency_s = -1.0\n", "Expected `float` >= 0.0 - at `$.latency_s`"),
-        (TOML.replace('entry = "agent:make"\n', ""), "Object missing required field `entry`"),
+        (TOML.replace('entry = "agent:make"\n', ""), "neither entry nor command"),
+        (TOML + 'command = ["./drive"]\n', "both entry and command"),
+        (TOML.replace('entry = "agent:make"', "command = []"), "Expected `array` of length >= 1 - at `$.command`"),
         ("name = ", "broken TOML: Invalid value"),
     ],
 )
@@ -67,3 +70,48 @@ def test_what_is_wrong_with_submission_toml_is_told(tmp_path: Path, text: str, f
         load_submission(str(folder_with(tmp_path, text)), {})
     assert found in caught.value.found
     assert caught.value.where == str(tmp_path / "submission.toml")
+
+
+def test_a_command_is_a_submission_too(tmp_path: Path) -> None:
+    text = TOML.replace('entry = "agent:make"', 'command = ["./drive", "--fast"]')
+    submission = load_submission(str(folder_with(tmp_path, text)), {})
+    assert submission.load.command == ("./drive", "--fast")
+    assert submission.load.name == "./drive --fast"
+
+
+@pytest.mark.parametrize("kind", ["localizer", "detector"])
+def test_only_a_driver_is_driven(tmp_path: Path, kind: str) -> None:
+    submission = load_submission(str(folder_with(tmp_path, TOML.replace("driver", kind))), {})
+    with pytest.raises(InputError) as caught:
+        require_driver(submission)
+    assert caught.value.found == f"kind = '{kind}'"
+    assert "a suite is driven" in caught.value.wanted
+
+
+def test_a_symbolic_link_could_name_any_file_and_is_refused(tmp_path: Path) -> None:
+    folder = folder_with(tmp_path)
+    (folder / "data").mkdir()
+    (folder / "data" / "passwords").symlink_to("/etc/passwd")
+    with pytest.raises(InputError) as caught:
+        load_submission(str(folder), {})
+    assert caught.value.found == "a symbolic link"
+    assert caught.value.where.endswith("data/passwords")
+
+
+def test_a_run_gets_the_files_of_the_digest_and_no_others(tmp_path: Path) -> None:
+    folder, copy = tmp_path / "mine", tmp_path / "copy"
+    for made in (folder, copy):
+        made.mkdir()
+    folder_with(folder)
+    (folder / "tool").write_text("#!/bin/sh")
+    (folder / "tool").chmod(0o700)
+    (folder / "__pycache__").mkdir()
+    (folder / "__pycache__" / "agent.cpython-311.pyc").write_bytes(b"another program")
+    (folder / ".git").write_text("x")
+    sha256 = digest(folder, {})
+    stage(folder, copy, {}, sha256)
+    modes = {path.name: path.stat().st_mode & 0o777 for path in copy.iterdir()}
+    assert modes == {"submission.toml": 0o644, "agent.py": 0o644, "tool": 0o755}
+    (folder / "agent.py").write_text("changed = 1")
+    with pytest.raises(InputError, match="other files than when the run began"):
+        stage(folder, copy, {}, sha256)

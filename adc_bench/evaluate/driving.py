@@ -1,0 +1,130 @@
+"""One run as a task for any worker: the plan goes in, the files of the run come out as bytes."""
+
+import socket
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+
+import msgspec
+
+from adc_bench import __version__
+from adc_bench.errors import MachineError, UsageError
+from adc_bench.evaluate.agent_side import Load
+from adc_bench.evaluate.ending import STATUS_OF
+from adc_bench.evaluate.episode import Driven, Plan, drive
+from adc_bench.evaluate.in_process import InProcessAgent
+from adc_bench.evaluate.isolation import AgentProcess
+from adc_bench.evaluate.log import log_bytes
+from adc_bench.evaluate.results import EpisodeTiming, episode_timing
+from adc_bench.evaluate.rules import Rules
+from adc_bench.evaluate.sensed import Sensed
+from adc_bench.render import ArenaRenderer
+from adc_bench.world.sensors import SensorRig
+
+PACKAGES = ("sapien", "numpy", "scipy", "opencv-python-headless", "torch")
+OF_THE_SUBMISSION = ("agent-failed", "invalid")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunTask:
+    """A run to be driven; `in_process` for a Python submission in the worker's own process."""
+
+    plan: Plan
+    in_process: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunFiles:
+    """What a run leaves for the result folder; `failure` by file name, for a submission that failed."""
+
+    scenario: str
+    log: bytes
+    printed: bytes
+    timing: EpisodeTiming
+    failure: dict[str, bytes]
+
+
+def drive_task(task: RunTask) -> RunFiles:
+    """Drive a run.
+
+    Raises:
+        MachineError: this machine cannot render, or has other software than where the run was planned.
+    """
+    plan = task.plan
+    renderer = process_renderer(plan.scenario.rig)
+    _check_software(plan.header.run.software, software(renderer.device_name))
+    with agent_side(plan.load, plan.rules, in_process=task.in_process) as agent:
+        driven = drive(plan, renderer, agent)
+    return RunFiles(
+        scenario=plan.header.scenario,
+        log=log_bytes(plan.header, driven.rows, driven.ending),
+        printed=agent.printed,
+        timing=episode_timing(driven.wall_s, driven.rows[-1].time_s, driven.compute_s, agent.isolation),
+        failure=_failure(driven),
+    )
+
+
+def agent_side(
+    load: Load, rules: Rules, *, in_process: bool
+) -> AbstractContextManager[InProcessAgent] | AbstractContextManager[AgentProcess]:
+    """Return the submission for one run, to be entered.
+
+    Raises:
+        UsageError: a command cannot run in process.
+    """
+    if not in_process:
+        return AgentProcess(load, rules.rig, rules.limits)
+    if load.command:
+        raise UsageError(
+            where="--in-process",
+            found=f"a submission that is a command: {load.name}",
+            wanted="one with an entry, module:factory",
+            todo="leave --in-process out",
+        )
+    return InProcessAgent(load)
+
+
+@lru_cache(maxsize=1)
+def process_renderer(rig: SensorRig) -> ArenaRenderer:
+    """Return this process' renderer: starting one is dear, so it is kept from run to run."""
+    return ArenaRenderer(rig)
+
+
+def software(renderer_name: str) -> dict[str, str]:
+    """Return the versions that a run's bytes depend on."""
+    return {"adc_bench": __version__, "renderer": renderer_name, **{name: version(name) for name in PACKAGES}}
+
+
+def _check_software(wanted: dict[str, str], here: dict[str, str]) -> None:
+    for name in sorted(wanted.keys() | here.keys()):
+        if wanted.get(name) != here.get(name):
+            raise MachineError(
+                where=f"node {socket.gethostname()}",
+                found=f"{name} {here.get(name)}",
+                wanted=f"{name} {wanted.get(name)}, as where the run was started: others give other bytes",
+                todo="install the same versions on every node, and keep to nodes whose processors are of one kind",
+            )
+
+
+def _failure(driven: Driven) -> dict[str, bytes]:
+    """Return what the submission was given last, for one that failed: its pictures, and the rest as JSON."""
+    last = driven.last_asked
+    if STATUS_OF[driven.ending.reason] not in OF_THE_SUBMISSION or last is None:
+        return {}
+    pictures = {f"{name}.jpg": jpeg for name, (_, jpeg) in last.pictures.items()}
+    return {"observation.json": _as_json(last), **pictures}
+
+
+def _as_json(sensed: Sensed) -> bytes:
+    encoders, imu, laser = sensed.encoders, sensed.imu, sensed.laser
+    told = {
+        "step": sensed.step,
+        "time_s": sensed.time_s,
+        "pictures": {name: time_s for name, (time_s, _) in sensed.pictures.items()},
+        "encoders": {name: values.tolist() for name, values in vars(encoders).items()},
+        "imu": {name: values.tolist() for name, values in vars(imu).items()},
+        "laser": None if laser is None else {"time_s": laser.time_s, "ranges_m": laser.ranges_m.tolist()},
+        "objects": sensed.objects,
+    }
+    return msgspec.json.format(msgspec.json.encode(told), indent=2) + b"\n"

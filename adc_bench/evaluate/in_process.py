@@ -1,0 +1,83 @@
+"""A Python submission in the loop's own process: quick to look into, held to nothing, never on a leaderboard."""
+
+import sys
+import time
+from pathlib import Path
+from types import TracebackType
+
+import cv2
+
+from adc_bench.api import Agent, Mission
+from adc_bench.errors import AdcBenchError, InputError
+from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load
+from adc_bench.evaluate.ending import Ending, Reason
+from adc_bench.evaluate.loading import fault_of, load_agent, told
+from adc_bench.evaluate.protocol import CommandMessage, command_in, command_message
+from adc_bench.evaluate.sensed import Sensed, observation_of
+from adc_bench.evaluate.wire import ShapeError, decoded, encoded
+
+
+class InProcessAgent:
+    """A context manager; leaving it forgets the submission's modules, so that the next run starts afresh."""
+
+    isolation: Isolation = "in-process"
+    printed = b""
+
+    def __init__(self, load: Load) -> None:
+        self._load, self._folder = load, Path(load.folder or "/")
+
+    def __enter__(self) -> "InProcessAgent":
+        self._threads = cv2.getNumThreads()
+        cv2.setNumThreads(1)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        cv2.setNumThreads(self._threads)
+        if self._load.folder is None:
+            return
+        if str(self._folder) in sys.path:
+            sys.path.remove(str(self._folder))
+        for name, module in list(sys.modules.items()):
+            if Path(getattr(module, "__file__", None) or "/").is_relative_to(self._folder):
+                del sys.modules[name]
+
+    def wait_loaded(self) -> None:
+        """Make the agent; raise InputError if that fails."""
+        try:
+            self._agent: Agent = load_agent(self._load, self._folder)
+        except AdcBenchError as error:
+            raise InputError(where=error.where, found=error.found, wanted=error.wanted, todo=error.todo) from None
+        except Exception as error:
+            where, fault = f"submission entry {self._load.name}", fault_of(error, self._folder)
+            raise InputError(where=where, found=fault.found, wanted=fault.wanted, todo=fault.todo) from None
+
+    def start(self, mission: Mission) -> None:
+        """Call `start`; raise AgentFailedError if it raises."""
+        try:
+            self._agent.start(mission)
+        except Exception as error:
+            raise self._failed(Reason.START_RAISED, error) from None
+
+    def ask(self, sensed: Sensed) -> None:
+        """Keep the observation for `answer`."""
+        self._sensed = sensed
+
+    def answer(self) -> Answered:
+        """Call `step`; raise AgentFailedError if it raises or returns no command."""
+        observation = observation_of(self._sensed)
+        begun_s = time.perf_counter()
+        try:
+            command = self._agent.step(observation)
+        except Exception as error:
+            raise self._failed(Reason.STEP_RAISED, error) from None
+        took_s = time.perf_counter() - begun_s
+        try:
+            message: CommandMessage = decoded(encoded(command_message(observation.step, command)), CommandMessage)
+        except (TypeError, ShapeError) as error:
+            raise AgentFailedError(Ending(reason=Reason.NOT_A_COMMAND, detail=str(error))) from None
+        return Answered(command=command_in(message), compute_s=took_s)
+
+    def _failed(self, reason: Reason, error: Exception) -> AgentFailedError:
+        return AgentFailedError(Ending(reason=reason, detail=told(error, self._folder)))

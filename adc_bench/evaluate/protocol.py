@@ -1,0 +1,135 @@
+"""The messages between the episode loop and a submission's process, version 1: msgpack maps, each with its `type`.
+
+None can hold the truth: the submission gets the mission and observations, and answers with commands.
+`docs/submission.md` tells the order in which they pass, `docs/protocol.schema.json` is their JSON Schema.
+"""
+
+from typing import Any, Literal
+
+import msgspec
+
+from adc_bench.api import Command, Mission, SeenObject
+from adc_bench.geometry import Pose2
+
+VERSION = 1
+
+
+class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type"):
+    """What all messages share: the field `type` names the message."""
+
+
+class MissionMessage(Message, frozen=True, kw_only=True, tag="mission"):
+    """To the submission, once: what it is to do."""
+
+    mission: Mission
+
+
+class PicturePlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where a picture lies in the file of pictures: height x width x 3 bytes (rgb by rows) from the offset on."""
+
+    time_s: float
+    offset: int
+    width: int
+    height: int
+
+
+class Scan(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A laser scan: ranges by beam, from the right to the left; infinite where nothing is in reach."""
+
+    time_s: float
+    ranges_m: list[float]
+
+
+class ObservationMessage(Message, frozen=True, kw_only=True, tag="observation"):
+    """To the submission, once a control step: what the sensors delivered; `pictures` by the camera's name."""
+
+    step: int
+    time_s: float
+    pictures: dict[str, PicturePlace]
+    encoder_time_s: list[float]
+    left_ticks: list[int]
+    right_ticks: list[int]
+    imu_time_s: list[float]
+    yaw_rate_radps: list[float]
+    acceleration_x_mps2: list[float]
+    laser: Scan | None
+    objects: tuple[SeenObject, ...]
+
+
+class Hello(Message, frozen=True, kw_only=True, tag="hello"):
+    """From the submission, first of all: it has loaded, and speaks this version."""
+
+    protocol: int
+
+
+class Ready(Message, frozen=True, kw_only=True, tag="ready"):
+    """From the submission, once: it has taken in the mission and may be driven."""
+
+
+class CommandMessage(Message, frozen=True, kw_only=True, tag="command"):
+    """From the submission, one for each observation, whose `step` it repeats; the rest as in `api.Command`."""
+
+    step: int
+    v_mps: float
+    omega_radps: float
+    pose_world_robot: Pose2
+    covariance: tuple[float, float, float, float, float, float, float, float, float] | None = None
+
+
+class Fault(Message, frozen=True, kw_only=True, tag="fault"):
+    """From the submission, in place of any other: it gives up. `found` says why, and is kept."""
+
+    found: str
+    kind: Literal["raised", "not-a-command"] = "raised"
+    where: str = ""
+    wanted: str = ""
+    todo: str = ""
+
+
+Order = MissionMessage | ObservationMessage
+Reply = Hello | Ready | CommandMessage | Fault
+
+
+def command_message(step: int, command: object) -> CommandMessage:
+    """Return the message of what a `step` returned.
+
+    Raises:
+        TypeError: it is no Command.
+    """
+    if not isinstance(command, Command):
+        raise TypeError(f"{type(command).__name__} in place of a Command")
+    return CommandMessage(
+        step=step,
+        v_mps=command.v_mps,
+        omega_radps=command.omega_radps,
+        pose_world_robot=command.pose_world_robot,
+        covariance=command.covariance,
+    )
+
+
+def command_in(message: CommandMessage) -> Command:
+    """Return the command that a message holds."""
+    return Command(
+        v_mps=message.v_mps,
+        omega_radps=message.omega_radps,
+        pose_world_robot=message.pose_world_robot,
+        covariance=message.covariance,
+    )
+
+
+def kind_of(message: Message) -> str:
+    """Return a message's type in the protocol's words."""
+    return str(message.__struct_config__.tag)
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of all messages; `from_submission` and `to_submission` name those of each direction."""
+    messages, definitions = msgspec.json.schema_components((Order, Reply), ref_template="#/$defs/{name}")
+    told, answered = messages
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "adc-bench agent protocol",
+        "version": VERSION,
+        "$defs": {**definitions, "to_submission": told, "from_submission": answered},
+        "anyOf": [{"$ref": "#/$defs/to_submission"}, {"$ref": "#/$defs/from_submission"}],
+    }
