@@ -53,10 +53,11 @@ class FloorRegion:
 
 @dataclass(frozen=True, kw_only=True)
 class BirdsEye:
-    """A camera's view of the floor, laid out to scale."""
+    """A camera's view of the floor, laid out to scale; `tilt_rad` is its known pitch and roll against the mount."""
 
     mount: CameraMount
     region: FloorRegion = FloorRegion()
+    tilt_rad: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
     def _camera(self) -> Camera:
@@ -64,7 +65,7 @@ class BirdsEye:
 
     @cached_property
     def _pose_robot_camera(self) -> Pose3:
-        return self.mount.pose_robot_camera()
+        return self.mount.pose_robot_camera(*self.tilt_rad)
 
     @cached_property
     def _pose_camera_robot(self) -> Pose3:

@@ -1,0 +1,133 @@
+"""The reference's localiser: encoders and gyro carry the pose, the edges of the map's paint in the picture hold it.
+
+One step: new samples go onto the tape; the estimate is moved to the picture's time and corrected by it; the pose is
+moved on from there to now. A picture that arrives late finds the estimate where it was taken, for the tape holds what
+came since.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.api import Mission, Observation, Picture
+from adc_bench.stack.birds_eye import BirdsEye
+from adc_bench.stack.edge_fit import EdgeFit, EdgeFitParams, fit_edges, offset_jacobian
+from adc_bench.stack.edge_search import EdgeSearchParams, expect_edges, find_edges
+from adc_bench.stack.ekf import Belief
+from adc_bench.stack.paint_edges import PaintEdges, paint_edges
+from adc_bench.stack.pose_filter import Estimate, MotionNoise, StartSpread, predict, start_estimate, widened
+from adc_bench.stack.travel import Reached, Tape, forget, record, travel
+from adc_bench.world.course import Course
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EdgeLocalizerParams:
+    """How a picture is used.
+
+    Attributes:
+        horizon_s: how late a picture may come and still be of use.
+        least_edges: fewer tell nothing.
+        least_share: of the expected edges that must agree before a picture is believed.
+        surprise: squared distance per degree of freedom from which on the way before cannot have been what it seemed;
+            pictures running share their errors, so it is commonly a sixth.
+        astray_m: where a picture does not fit or surprises, it is looked at again with this much doubt more ...
+        astray_rad: ... and this much in its yaw.
+    """
+
+    horizon_s: float = 0.5
+    least_edges: int = 12
+    least_share: float = 0.3
+    surprise: float = 1.5
+    astray_m: float = 0.05
+    astray_rad: float = math.radians(2.0)
+    start: StartSpread = field(default_factory=StartSpread)
+    noise: MotionNoise = field(default_factory=MotionNoise)
+    search: EdgeSearchParams = field(default_factory=EdgeSearchParams)
+    fit: EdgeFitParams = field(default_factory=EdgeFitParams)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EdgeState:
+    """The estimate at the last picture, the way since then on tape, and the estimate now.
+
+    `fit` is what the picture of this step said; None where none came or none was believed.
+    """
+
+    settled: Estimate
+    reached: Reached
+    now: Estimate
+    tape: Tape = field(default_factory=Tape)
+    fit: EdgeFit | None = None
+
+    @property
+    def belief(self) -> Belief:
+        """The pose at the last observation's time."""
+        return self.now.belief
+
+
+@dataclass(frozen=True, kw_only=True)
+class EdgeLocalizer:
+    """Pure steps from state to state, for one mission."""
+
+    mission: Mission
+    params: EdgeLocalizerParams = field(default_factory=EdgeLocalizerParams)
+
+    @cached_property
+    def edges_world(self) -> PaintEdges:
+        """The map."""
+        return paint_edges(Course(spec=self.mission.course))
+
+    def start(self) -> EdgeState:
+        """Return the state at the mission's start pose."""
+        estimate = start_estimate(self.mission.start_pose, self.params.start)
+        return EdgeState(settled=estimate, reached=Reached(), now=estimate)
+
+    def step(self, state: EdgeState, observation: Observation) -> EdgeState:
+        """Return the state at the observation's time."""
+        tape = record(state.tape, observation.encoders, observation.imu, self.mission.robot)
+        state = replace(state, tape=tape, fit=None)
+        road = observation.pictures.get("road")
+        if road is not None and road.time_s >= state.reached.time_s:
+            state = self._look(self._settle(state, road.time_s), road)
+        state = self._settle(state, observation.time_s - self.params.horizon_s)
+        return replace(state, now=self._moved(state, observation.time_s)[0])
+
+    def _settle(self, state: EdgeState, time_s: float) -> EdgeState:
+        """Return the state with its settled estimate moved to a time, if that is later, and the tape before it cut."""
+        if time_s <= state.reached.time_s:
+            return state
+        settled, reached = self._moved(state, time_s)
+        return replace(state, settled=settled, reached=reached, tape=forget(state.tape, time_s))
+
+    def _moved(self, state: EdgeState, time_s: float) -> tuple[Estimate, Reached]:
+        if time_s <= state.reached.time_s:
+            return state.settled, state.reached
+        way, reached = travel(state.tape, state.reached, time_s, self.mission.robot)
+        return predict(state.settled, way, self.params.noise), reached
+
+    def _look(self, state: EdgeState, road: Picture) -> EdgeState:
+        """Return the state after a picture taken where its settled estimate is."""
+        p = self.params
+        fit = self._fit(state.settled, road.rgb)
+        if fit is None or fit.squared_distance > p.surprise * fit.freedoms:
+            fit = self._fit(widened(state.settled, p.astray_m, p.astray_rad), road.rgb)
+        return state if fit is None else replace(state, settled=fit.estimate, fit=fit)
+
+    def _fit(self, estimate: Estimate, rgb: NDArray[np.uint8]) -> EdgeFit | None:
+        """Return what a picture (height, width, 3) says, or None where too few of the expected edges agree."""
+        p = self.params
+        eye = BirdsEye(mount=self.mission.rig.camera("road"), tilt_rad=estimate.tilt_rad)
+        pose = estimate.belief.pose
+        expected = expect_edges(eye, self.edges_world.seen_from(pose), p.search)
+        jacobian = offset_jacobian(expected, eye, pose.yaw_rad)
+        spread_m = np.sqrt(np.einsum("ni,ij,nj->n", jacobian, estimate.covariance, jacobian))
+        found, offsets_m = find_edges(rgb, expected, spread_m, p.search)
+        if len(offsets_m) < p.least_edges:
+            return None
+        fit = fit_edges(estimate, expected.of(found), offsets_m, jacobian[found], p.fit)
+        return fit if fit.agreeing >= max(p.least_edges, p.least_share * len(found)) else None
