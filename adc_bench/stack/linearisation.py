@@ -18,7 +18,7 @@ class LinearisationParams:
     """Damping 0 < zeta < 1 and g > 0 in 1/m^2; the thesis leaves their values open."""
 
     zeta: float = 0.7
-    g_pm2: float = 4.0
+    g_pm2: float = 2.0
 
 
 def follow_moving(pose: Pose2, wanted: Pose2, feed: Motion, params: LinearisationParams) -> Motion:

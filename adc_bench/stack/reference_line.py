@@ -4,7 +4,7 @@ A robot cannot change its curvature at once. Of all lines beside the path the ro
     int (r^3 kappa'(s))^2 + d(s)^2 ds,
 d being its offset from the path and kappa'(s) how fast its curvature changes. With kappa = kappa_path + d'' that is a
 low pass on the path's curvature, 1 / (1 + (r w)^6): long arcs and straights stay where they are, a jump by J is spread
-into a slope of at most J / (3 r), and the offset is a few millimetres.
+into a slope of about J / (3 r), and the offset is a few millimetres.
 """
 
 from dataclasses import dataclass

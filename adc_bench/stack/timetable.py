@@ -35,12 +35,12 @@ class SpeedLimits:
 
     @classmethod
     def of(
-        cls, robot: RobotParams, *, speed_mps: float = math.inf, steering_share: float = 0.75, grip_share: float = 0.8
+        cls, robot: RobotParams, *, speed_mps: float = math.inf, steering_share: float = 0.75, grip_share: float = 0.5
     ) -> "SpeedLimits":
         """Return a robot's nominal limits, at most `speed_mps`, with something in reserve.
 
         `steering_share` is what the line may use of the wheels' acceleration for turning: the rest is left to correct
-        with.
+        with. `grip_share` is low because a castor that holds nothing aside carries a fifth of the weight.
         """
         half_m = robot.wheel_separation_m / 2
         return cls(
@@ -82,16 +82,18 @@ class Timetable:
 
 def fastest(line: ReferenceLine, limits: SpeedLimits, start_mps: float = 0.0, end_mps: float = 0.0) -> Timetable:
     """Return the line's fastest timetable; it starts and ends with the given speeds, or less where it must."""
-    bend, sharpening = np.abs(line.curvature_pm), np.gradient(line.curvature_pm, line.s_m)
-    speeds = _speeds_at_places(bend, np.abs(sharpening), limits)
+    bend, gaps = line.curvature_pm, np.diff(line.s_m)
+    middle_bend, sharpening = (bend[1:] + bend[:-1]) / 2, np.diff(bend) / gaps
+    speeds = _speeds_at_places(np.abs(bend), np.abs(sharpening), limits)
     speeds[0], speeds[-1] = min(speeds[0], start_mps), min(speeds[-1], end_mps)
-    gaps = np.diff(line.s_m)
-    forwards = _bounded_gain(speeds, gaps, line.curvature_pm, sharpening, limits)
-    backwards = _bounded_gain(forwards[::-1], gaps[::-1], line.curvature_pm[::-1], -sharpening[::-1], limits)
+    forwards = _bounded_gain(speeds, gaps, middle_bend, sharpening, limits)
+    backwards = _bounded_gain(forwards[::-1], gaps[::-1], middle_bend[::-1], -sharpening[::-1], limits)
     return Timetable(line=line, speed_mps=backwards[::-1].copy())
 
 
 def _speeds_at_places(bend: Array, sharpening: Array, limits: SpeedLimits) -> Array:
+    """Return the greatest speeds (n,) at samples with these bends (n,) and, between them, changes of bend (n - 1,)."""
+    around = np.maximum(np.append(sharpening, 0.0), np.append(0.0, sharpening))
     with np.errstate(divide="ignore"):
         speeds: Array = np.minimum.reduce(
             [
@@ -99,26 +101,31 @@ def _speeds_at_places(bend: Array, sharpening: Array, limits: SpeedLimits) -> Ar
                 limits.rim_speed_mps / (1 + bend * limits.half_separation_m),
                 limits.turn_rate_radps / bend,
                 np.sqrt(limits.grip_mps2 / bend),
-                np.sqrt(limits.turn_acceleration_radps2 / sharpening),
+                np.sqrt(limits.turn_acceleration_radps2 / around),
             ]
         )
     return speeds
 
 
-def _bounded_gain(speeds: Array, gaps: Array, curvature: Array, sharpening: Array, limits: SpeedLimits) -> Array:
+def _bounded_gain(speeds: Array, gaps: Array, bend: Array, sharpening: Array, limits: SpeedLimits) -> Array:
     """Return the speeds (n,) lowered where, from first to last, they would grow faster than the limits allow."""
-    bounded = speeds.copy()
-    for k, gap_m in enumerate(gaps.tolist()):
-        gain_mps2 = _greatest_gain(bounded[k], curvature[k], sharpening[k], limits)
-        bounded[k + 1] = min(bounded[k + 1], math.sqrt(bounded[k] ** 2 + 2 * gain_mps2 * gap_m))
+    squares = np.square(speeds).tolist()
+    for k, (gap_m, k_pm, c_pm2) in enumerate(zip(gaps.tolist(), bend.tolist(), sharpening.tolist(), strict=True)):
+        gain_mps2 = _greatest_gain(squares[k], gap_m, k_pm, c_pm2, limits)
+        squares[k + 1] = min(squares[k + 1], squares[k] + 2 * gain_mps2 * gap_m)
+    bounded: Array = np.sqrt(squares)
     return bounded
 
 
-def _greatest_gain(speed_mps: float, curvature_pm: float, sharpening_pm2: float, limits: SpeedLimits) -> float:
-    """Return the greatest dv/dt at a place."""
-    side_mps2 = curvature_pm * speed_mps**2
+def _greatest_gain(square: float, gap_m: float, bend_pm: float, sharpening_pm2: float, limits: SpeedLimits) -> float:
+    """Return the greatest dv/dt from one sample to the next, from the square of the speed at the first.
+
+    In the middle of the gap that square has grown by dv/dt times the gap.
+    """
+    side_mps2 = bend_pm * (square + limits.acceleration_mps2 * gap_m)
     gain = min(limits.acceleration_mps2, math.sqrt(max(limits.grip_mps2**2 - side_mps2**2, 0.0)))
-    if curvature_pm != 0.0:
-        turning = math.copysign(1.0, curvature_pm) * sharpening_pm2 * speed_mps**2
-        gain = min(gain, (limits.turn_acceleration_radps2 - turning) / abs(curvature_pm))
+    per_gain = bend_pm + sharpening_pm2 * gap_m
+    if per_gain:
+        turning = math.copysign(sharpening_pm2 * square, sharpening_pm2 * per_gain)
+        gain = min(gain, (limits.turn_acceleration_radps2 - turning) / abs(per_gain))
     return max(gain, 0.0)

@@ -1,5 +1,9 @@
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from adc_bench.geometry import Pose2
 from adc_bench.stack.path_following import Follower, FollowParams, follow, progress, wrap_to
@@ -58,8 +62,17 @@ def test_wrap_to_is_the_nearest_way_round() -> None:
     assert wrap_to(-39.0, 40.0) == pytest.approx(1.0)
 
 
-def test_arc_steps_add_up() -> None:
-    whole, half = arc_step(1.0, 0.8), arc_step(0.5, 0.4)
-    twice = half @ half
-    assert (twice.x_m, twice.y_m, twice.yaw_rad) == pytest.approx((whole.x_m, whole.y_m, whole.yaw_rad))
-    assert arc_step(1.0, 0.0).x_m == 1.0
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.tuples(st.floats(-0.3, 0.3), st.floats(-0.8, 0.8)), min_size=2, max_size=12))
+def test_on_a_straight_it_is_the_thesis_pid(places: list[tuple[float, float]]) -> None:
+    params, state, speed_mps = FollowParams(), Follower(s_m=1.0), 1.0
+    integral, last = 0.0, None
+    for k, (y_m, yaw_rad) in enumerate(places):
+        x_m = 1.0 + 0.05 * k
+        pose = Pose2(x_m=x_m, y_m=LAP.start.y_m + y_m, yaw_rad=yaw_rad)
+        state, omega_radps = follow(state, pose, LAP, speed_mps, PERIOD_S, params)
+        error = math.atan2(-y_m, params.look_ahead_m) - yaw_rad
+        integral += error * PERIOD_S
+        rate = 0.0 if last is None else (error - last) / PERIOD_S
+        assert omega_radps == pytest.approx(1.6 * error + 0.01 * integral + 0.4 * rate, abs=1e-9)
+        last = error
