@@ -8,13 +8,28 @@ from typing import Any
 from adc_bench.api import Agent
 from adc_bench.errors import UsageError
 from adc_bench.stack import Driver, StandStill
+from adc_bench.stack.edge_localizer import EdgeLocalizer
 from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
-from adc_bench.stack.pilots import HeadingPilot, Pilot, TrajectoryPilot
+from adc_bench.stack.pilots import HeadingPilot, LinePilot, Pilot, TrajectoryPilot
 
 Options = Mapping[str, str]
 
-THESIS_SPEED_MPS = 1.0
+REFERENCE_SPEED_MPS, THESIS_SPEED_MPS = 2.2, 1.0
 PILOTS: Mapping[str, Callable[..., Pilot[Any]]] = {"pid": HeadingPilot, "linearisation": TrajectoryPilot}
+
+
+def reference(options: Options) -> Agent:
+    """Return the best driver here: the map's paint edges for its place, a rounded line at the robot's limits.
+
+    Options: `weights` (a file), `speed_mps` (the greatest speed).
+    """
+    _refuse_unknown(options, known=("weights", "speed_mps"))
+    speed_mps = _number(options, "speed_mps", default=REFERENCE_SPEED_MPS)
+    return Driver(
+        _detect(options),
+        lambda mission: EdgeLocalizer(mission=mission),
+        lambda mission: LinePilot(mission=mission, speed_mps=speed_mps),
+    )
 
 
 def thesis(options: Options) -> Agent:
@@ -42,6 +57,7 @@ def stand_still(options: Options) -> Agent:
 
 
 BUILT_IN: Mapping[str, Callable[[Options], Agent]] = {
+    "reference": reference,
     "thesis": thesis,
     "odometry-only": odometry_only,
     "stand-still": stand_still,

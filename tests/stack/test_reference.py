@@ -6,7 +6,7 @@ from adc_bench.reference import BUILT_IN
 
 
 def test_the_built_in_names() -> None:
-    assert set(BUILT_IN) == {"thesis", "odometry-only", "stand-still"}
+    assert set(BUILT_IN) == {"reference", "thesis", "odometry-only", "stand-still"}
 
 
 def test_stand_still_is_an_agent_and_has_no_options() -> None:
@@ -21,7 +21,19 @@ def test_an_unknown_option_is_named_with_the_known_ones() -> None:
         BUILT_IN["thesis"]({"sped_mps": "1"})
     assert caught.value.exit_code == 2
     assert "--set sped_mps=1" in str(caught.value)
-    assert "one of weights, speed_mps" in str(caught.value)
+    assert "one of weights, speed_mps, controller" in str(caught.value)
+
+
+def test_a_controller_that_is_none_is_refused_with_those_that_are() -> None:
+    with pytest.raises(UsageError) as caught:
+        BUILT_IN["thesis"]({"controller": "lqr"})
+    assert "found:      'lqr'" in str(caught.value)
+    assert "one of pid, linearisation" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", sorted(BUILT_IN))
+def test_each_is_an_agent(name: str) -> None:
+    assert isinstance(BUILT_IN[name]({}), Agent)
 
 
 @pytest.mark.parametrize("value", ["fast", "0", "-1", "nan", "inf", ""])
