@@ -1,12 +1,14 @@
 """The submission as the episode loop sees it, wherever it runs."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
 import msgspec
 
 from adc_bench.api import Command, Mission
-from adc_bench.evaluate.ending import Ending
+from adc_bench.evaluate.ending import Ending, Reason
+from adc_bench.evaluate.limits import Limits
 from adc_bench.evaluate.sensed import Sensed
 
 # How far the submission was kept from the rest: in a sandbox; in a process with limits only; in the loop's own process.
@@ -40,7 +42,7 @@ class AgentFailedError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class Answered:
-    """A command and the wall time that it took, from the observation's going to the command's coming."""
+    """A command that can be carried out, and the wall time from the observation's going to its coming."""
 
     command: Command
     compute_s: float
@@ -48,7 +50,7 @@ class Answered:
 
 @runtime_checkable
 class AgentSide(Protocol):
-    """One submission for one run; a context manager outside of this protocol opens and closes it."""
+    """One submission for one run, opened and closed as a context manager."""
 
     def wait_loaded(self) -> None:
         """Wait until the submission is loaded; raise InputError if it cannot be."""
@@ -65,3 +67,18 @@ class AgentSide(Protocol):
     def answer(self) -> Answered:
         """Wait for the command to the last observation; raise AgentFailedError if none comes, or one that is none."""
         ...
+
+
+def sound(command: Command, limits: Limits) -> Command:
+    """Return a command if its figures can be worked with.
+
+    Raises:
+        AgentFailedError: one is not finite, or too large.
+    """
+    pose = msgspec.structs.astuple(command.pose_world_robot)
+    figures = (command.v_mps, command.omega_radps, *pose, *(command.covariance or ()))
+    if not all(math.isfinite(figure) for figure in figures):
+        raise AgentFailedError(Ending(reason=Reason.NOT_FINITE, detail=f"{command}"))
+    if any(abs(figure) > limits.largest_figure for figure in figures):
+        raise AgentFailedError(Ending(reason=Reason.OUT_OF_RANGE, detail=f"{command}"))
+    return command

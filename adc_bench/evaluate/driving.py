@@ -82,7 +82,7 @@ def agent_side(
             wanted="one with an entry, module:factory",
             todo="leave --in-process out",
         )
-    return InProcessAgent(load)
+    return InProcessAgent(load, rules.limits)
 
 
 @lru_cache(maxsize=1)

@@ -9,10 +9,11 @@ import cv2
 
 from adc_bench.api import Agent, Mission
 from adc_bench.errors import AdcBenchError, InputError
-from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load
+from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load, sound
 from adc_bench.evaluate.ending import Ending, Reason
+from adc_bench.evaluate.limits import Limits
 from adc_bench.evaluate.loading import fault_of, load_agent, told
-from adc_bench.evaluate.protocol import CommandMessage, command_in, command_message
+from adc_bench.evaluate.protocol import CommandMessage, command_message
 from adc_bench.evaluate.sensed import Sensed, observation_of
 from adc_bench.evaluate.wire import ShapeError, decoded, encoded
 
@@ -23,8 +24,8 @@ class InProcessAgent:
     isolation: Isolation = "in-process"
     printed = b""
 
-    def __init__(self, load: Load) -> None:
-        self._load, self._folder = load, Path(load.folder or "/")
+    def __init__(self, load: Load, limits: Limits) -> None:
+        self._load, self._limits, self._folder = load, limits, Path(load.folder or "/")
 
     def __enter__(self) -> "InProcessAgent":
         self._threads = cv2.getNumThreads()
@@ -77,7 +78,7 @@ class InProcessAgent:
             message: CommandMessage = decoded(encoded(command_message(observation.step, command)), CommandMessage)
         except (TypeError, ShapeError) as error:
             raise AgentFailedError(Ending(reason=Reason.NOT_A_COMMAND, detail=str(error))) from None
-        return Answered(command=command_in(message), compute_s=took_s)
+        return Answered(command=sound(message.command, self._limits), compute_s=took_s)
 
     def _failed(self, reason: Reason, error: Exception) -> AgentFailedError:
         return AgentFailedError(Ending(reason=reason, detail=told(error, self._folder)))

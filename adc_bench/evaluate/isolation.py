@@ -7,7 +7,7 @@ import msgspec
 
 from adc_bench.api import Mission
 from adc_bench.errors import InputError
-from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load
+from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load, sound
 from adc_bench.evaluate.arrival import ArrivalClock
 from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.launch import Launched
@@ -20,7 +20,6 @@ from adc_bench.evaluate.protocol import (
     MissionMessage,
     Ready,
     Reply,
-    command_in,
     kind_of,
 )
 from adc_bench.evaluate.sensed import Sensed, message_of
@@ -150,7 +149,7 @@ class AgentProcess:
             raise _failed(Reason.OUT_OF_TURN, f"{found} where the command for step {self._step} was due")
         if self._thought_s > self._limits.total_s:
             raise _failed(Reason.TOTAL_TIMEOUT, f"thought for more than {self._limits.total_s:g} s in all")
-        return Answered(command=command_in(reply), compute_s=took_s)
+        return Answered(command=sound(reply.command, self._limits), compute_s=took_s)
 
     def _took_s(self) -> float:
         arrived_s, now_s = self._clock.last_s, time.perf_counter()

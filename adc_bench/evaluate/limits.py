@@ -10,7 +10,7 @@ class Limits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     start_s: float = 60.0  # from the mission to the message that it is ready
     step_s: float = 10.0  # from an observation to its command
     total_s: float = 900.0  # all thinking of a run added up; also the processor time of one process
-    memory_bytes: int = 4 * 2**30  # resident; and the private data of one process
+    memory_bytes: int = 4 * 2**30  # resident, mapped files aside; also the private data of one process
     processes: int = 128  # threads count
     open_files: int = 256  # of one process
     tmp_bytes: int = 256 * 2**20  # /tmp and /dev/shm, each; also the longest file

@@ -9,7 +9,6 @@ from typing import Any, Literal
 import msgspec
 
 from adc_bench.api import Command, Mission, SeenObject
-from adc_bench.geometry import Pose2
 
 VERSION = 1
 
@@ -34,7 +33,7 @@ class PicturePlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class Scan(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A laser scan: ranges by beam, from the right to the left; infinite where nothing is in reach."""
+    """A laser scan: ranges by beam, from the right to the left; the longest range where nothing is in reach."""
 
     time_s: float
     ranges_m: list[float]
@@ -67,13 +66,10 @@ class Ready(Message, frozen=True, kw_only=True, tag="ready"):
 
 
 class CommandMessage(Message, frozen=True, kw_only=True, tag="command"):
-    """From the submission, one for each observation, whose `step` it repeats; the rest as in `api.Command`."""
+    """From the submission, one for each observation, whose `step` it repeats."""
 
     step: int
-    v_mps: float
-    omega_radps: float
-    pose_world_robot: Pose2
-    covariance: tuple[float, float, float, float, float, float, float, float, float] | None = None
+    command: Command
 
 
 class Fault(Message, frozen=True, kw_only=True, tag="fault"):
@@ -98,23 +94,7 @@ def command_message(step: int, command: object) -> CommandMessage:
     """
     if not isinstance(command, Command):
         raise TypeError(f"{type(command).__name__} in place of a Command")
-    return CommandMessage(
-        step=step,
-        v_mps=command.v_mps,
-        omega_radps=command.omega_radps,
-        pose_world_robot=command.pose_world_robot,
-        covariance=command.covariance,
-    )
-
-
-def command_in(message: CommandMessage) -> Command:
-    """Return the command that a message holds."""
-    return Command(
-        v_mps=message.v_mps,
-        omega_radps=message.omega_radps,
-        pose_world_robot=message.pose_world_robot,
-        covariance=message.covariance,
-    )
+    return CommandMessage(step=step, command=command)
 
 
 def kind_of(message: Message) -> str:

@@ -11,7 +11,6 @@ from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.limits import Limits
 
 PERIOD_S = 0.1
-PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 PIPE_BYTES = 64 * 2**10
 PARTS = 256  # then it is time to look at the memory again
 
@@ -73,12 +72,14 @@ class Watch:
 
 
 def resident_bytes(pid: int) -> int:
-    """Return the resident memory of a process and all that descend from it, added up."""
+    """Return the memory that a process and all that descend from it hold, added up; mapped files do not count."""
     total, waiting = 0, [pid]
     while waiting:
         folder = Path("/proc", str(waiting.pop()))
         with contextlib.suppress(OSError):  # it has ended meanwhile
-            total += int((folder / "statm").read_text().split()[1]) * PAGE_BYTES
+            for line in (folder / "status").read_text().splitlines():
+                if line.startswith(("RssAnon:", "RssShmem:")):
+                    total += int(line.split()[1]) * 2**10
             for task in (folder / "task").iterdir():
                 waiting += map(int, (task / "children").read_text().split())
     return total

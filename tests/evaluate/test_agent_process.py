@@ -111,7 +111,7 @@ def test_what_it_prints_goes_to_its_log(submission_of: MakeSubmission, hurried: 
         ("HangsAtThree", Reason.STEP_TIMEOUT, "no answer within 1 s", 3),
         ("DiesAtFour", Reason.DIED, "exit status 9", 4),
         ("NotACommand", Reason.NOT_A_COMMAND, "tuple in place of a Command", 0),
-        ("TextInCommand", Reason.NOT_A_COMMAND, "Expected `float`, got `str` - at `$.v_mps`", 0),
+        ("TextInCommand", Reason.NOT_A_COMMAND, "Expected `float`, got `str` - at `$.command.v_mps`", 0),
         ("RaisesInStart", Reason.START_RAISED, "RuntimeError: no map today", None),
         ("HangsInStart", Reason.START_TIMEOUT, "no answer within 1 s", None),
         ("ExitsInStart", Reason.DIED, "exit status 3", None),
