@@ -5,23 +5,36 @@ Nothing here holds, or can hold, the truth.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2
+from adc_bench.world.categories import SignCategory
 from adc_bench.world.course import CourseSpec
+from adc_bench.world.parking import ParkingKind
 from adc_bench.world.robot import RobotParams
 from adc_bench.world.sensors import SensorRig
 
+Element = Literal["orders", "boxes", "tunnel", "works", "vertical_signs"]
+
 
 class Mission(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a submission knows before it drives: the task, the map, the nominal robot and rig, the start pose."""
+    """What a submission knows before it drives: the task, the map, the nominal robot and rig, the start pose.
+
+    Attributes:
+        laps: how many are to be driven; 0 where one only parks.
+        parking: where the panels' P sends the robot at the end; None where the run ends on the crosswalk.
+        elements: what the run may hold. `orders`: the panels may also say left, right and stop; without it they only
+            start and end the run. `vertical_signs`: they are to be reported, see `Command.sign`.
+    """
 
     name: str
     laps: int
+    parking: ParkingKind | None = None
+    elements: tuple[Element, ...] = ()
     time_limit_s: float
     control_period_s: float
     latency_s: float
@@ -98,13 +111,15 @@ class Observation:
 class Command(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the robot shall do, and where the submission believes it is at the observation's `time_s`.
 
-    `covariance` is optional: the (x, y, yaw) covariance of the estimate, nine figures by rows.
+    `covariance` is optional: the (x, y, yaw) covariance of the estimate, nine figures by rows. `sign` reports the
+    vertical sign that the robot is coming to; once a sign is enough, again does no harm.
     """
 
     v_mps: float
     omega_radps: float
     pose_world_robot: Pose2
     covariance: tuple[float, float, float, float, float, float, float, float, float] | None = None
+    sign: SignCategory | None = None
 
 
 @runtime_checkable

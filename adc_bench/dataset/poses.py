@@ -52,8 +52,7 @@ def draw_pose(split: Split, scenario: Scenario, rng: np.random.Generator) -> Pos
 
 def crosswalk_passages_m(course: Course) -> tuple[float, float]:
     """Return the two arc lengths of the lap at which it passes the crosswalk's middle."""
-    back = next(gate.s_m for gate in course.gates if gate.name == "crosswalk_back")
-    return 0.0, back
+    return 0.0, course.crosswalk_back_m
 
 
 def _draw_place(split: Split, scenario: Scenario, rng: np.random.Generator) -> Pose2:

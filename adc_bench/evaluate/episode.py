@@ -15,6 +15,7 @@ from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.loading import told
 from adc_bench.evaluate.log import Drive, Encoders, Header, Hit, Row
 from adc_bench.evaluate.referee import Referee
+from adc_bench.evaluate.referee_watch import Watch
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.sandbox import PACKAGE
 from adc_bench.evaluate.sensed import Sensed
@@ -138,27 +139,29 @@ class _Run:
 
     def to_its_end(self) -> Ending:
         trace = self._trace
-        trace.row, sensed = self._observe()
+        watch = self._referee.begin(self._simulation.state().pose_world_robot)
+        trace.row, sensed = self._observe(watch)
         self._agent.start(self._plan.mission)
-        watch = self._referee.begin(trace.row.truth)
         while (reason := self._referee.end(watch)) is None:
             trace.asked = sensed
             self._agent.ask(sensed)
             self._simulation.advance(*self._commands.popleft())
             if not self._is_sound():
                 return Ending(reason=Reason.PHYSICS)
-            row, sensed = self._observe()
+            watch = self._referee.step(watch, self._moment())
+            row, sensed = self._observe(watch)
             trace.rows.append(msgspec.structs.replace(trace.row, answer=self._answer()))
             trace.row = row
-            watch = self._referee.step(watch, Moment(time_s=row.time_s, pose=row.truth))
         return Ending(reason=reason)
 
-    def _observe(self) -> tuple[Row, Sensed]:
+    def _moment(self) -> Moment:
+        return Moment(time_s=self._simulation.time_s, pose=self._simulation.state().pose_world_robot)
+
+    def _observe(self, watch: Watch) -> tuple[Row, Sensed]:
         """Return the truth and the sensors now: the row without its answer, and the agent's observation."""
-        simulation, header = self._simulation, self._plan.header
+        simulation, panel = self._simulation, self._referee.panels(watch)
         step, time_s, state = simulation.step_index, simulation.time_s, simulation.state()
-        if step == header.start_step:
-            self._renderer.set_panel("up")
+        self._renderer.set_panel(panel)
         readings = simulation.read_sensors()
         encoders = readings.encoders
         row = Row(
@@ -167,7 +170,7 @@ class _Run:
             truth=state.pose_world_robot,
             v_mps=state.v_mps,
             omega_radps=state.omega_radps,
-            panel="stop" if step < header.start_step else "up",
+            panel=panel,
             encoders=Encoders(
                 time_s=tuple(encoders.time_s.tolist()),
                 left_ticks=tuple(encoders.left_ticks.tolist()),
@@ -215,17 +218,13 @@ class _Run:
         self._trace.compute_s.append(answer.compute_s)
         command = answer.command
         estimate = command.pose_world_robot
-        figures = (command.v_mps, command.omega_radps, *msgspec.structs.astuple(estimate), *(command.covariance or ()))
-        if not all(math.isfinite(figure) for figure in figures):
-            raise AgentFailedError(Ending(reason=Reason.NOT_FINITE, detail=f"{command}"))
-        if any(abs(figure) > self._plan.rules.limits.largest_figure for figure in figures):
-            raise AgentFailedError(Ending(reason=Reason.OUT_OF_RANGE, detail=f"{command}"))
         self._commands.append((command.v_mps, command.omega_radps))
         return Drive(
             v_mps=command.v_mps,
             omega_radps=command.omega_radps,
             estimate=estimate,
             covariance=command.covariance,
+            sign=command.sign,
         )
 
     def _is_sound(self) -> bool:

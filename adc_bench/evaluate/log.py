@@ -16,8 +16,10 @@ from adc_bench.evaluate.ending import Ending
 from adc_bench.evaluate.submission import SubmissionId
 from adc_bench.evaluate.suite import RulesId, Suite
 from adc_bench.geometry import Pose2
-from adc_bench.world.categories import PanelSign
+from adc_bench.world.categories import PanelSign, SignCategory
+from adc_bench.world.layout import Layout
 from adc_bench.world.look import Look
+from adc_bench.world.signs import VerticalSign
 
 Covariance = tuple[float, float, float, float, float, float, float, float, float]
 
@@ -25,7 +27,7 @@ Covariance = tuple[float, float, float, float, float, float, float, float, float
 class RunId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the runs of one result folder share."""
 
-    schema: Literal["adc-bench-episode-1"] = "adc-bench-episode-1"
+    schema: Literal["adc-bench-episode-2"] = "adc-bench-episode-2"
     suite: Suite
     rules: RulesId
     submission: SubmissionId
@@ -40,7 +42,10 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     seed: int
     look: Look
     start_pose: Pose2
-    start_step: int  # the panels show stop before it, the arrow from it on
+    start_step: int  # the panels show stop before it, the first order from it on
+    orders: tuple[PanelSign, ...]  # of the panels, see `Programme`
+    layout: Layout
+    signs: tuple[VerticalSign, ...]
     wheel_separation_m: float  # the true one
 
 
@@ -61,12 +66,13 @@ class Hit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 class Drive(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A submission's answer: what it orders, and where it believes it is at the row's time."""
+    """A submission's answer: what it orders, where it believes it is at the row's time, and the sign it reports."""
 
     v_mps: float
     omega_radps: float
     estimate: Pose2
     covariance: Covariance | None = None
+    sign: SignCategory | None = None
 
 
 class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from adc_bench.evaluate.faults import Prices
 from adc_bench.evaluate.limits import Limits
 from adc_bench.sim import DYNAMICS, DynamicsSpec
 from adc_bench.world.arena import ArenaSpec
@@ -10,46 +11,41 @@ from adc_bench.world.robot import RobotParams
 from adc_bench.world.sensors import SensorRig
 
 
-class Points(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Points of a run. The first five are the published referee's; the rest are this benchmark's own.
+class Earnings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a run earns: all published (adc.md 4) but a sign read, which is our own.
 
-    A run earns `half_lap` for each pass of the crosswalk and, when all laps are driven, the seconds by which it beat
-    `half_lap_par_s` a half lap (negative when slower). Penalties are subtracted; a run has at least 0 points.
+    `half_lap` for each half lap driven as ordered and, when all laps are driven, the seconds by which that took less
+    than `half_lap_par_s` a half lap (negative when more).
     """
 
     half_lap: float = 50.0
     half_lap_par_s: float = 35.0
-    line_touch: float = 10.0
-    off_road: float = 20.0
-    false_start: float = 60.0  # the published charge for passing a panel that shows stop
-    wrong_way: float = 25.0
-    collision: float = 20.0
-
-
-class Factors(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The driving score is 100 x completion x one factor for each fault."""
-
-    line_touch: float = 0.95
-    off_road: float = 0.80
-    false_start: float = 0.70
-    wrong_way: float = 0.80
-    collision: float = 0.70
+    parked: float = 60.0
+    sign_read: float = 10.0
 
 
 class Rules(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Everything that decides a score beside the suite."""
+    """Everything that decides a score beside the suite. docs/rules.md says in words how the figures are used."""
 
-    id: str = "adc-bench-1"
+    id: str = "adc-bench-2"
     control_period_s: float = 0.05
-    start_x_m: float = -0.65
     limits: Limits = Limits()
     touch_gap_s: float = 2.0  # a wheel on a line is a new touch after this long without one
     false_start_m: float = 0.05
-    blocked_progress_m: float = 0.10
-    wrong_way_m: float = 1.0
+    blocked_m: float = 0.10  # a robot that stays in a circle of this radius gets nowhere
+    wrong_way_m: float = 1.0  # back along the lane
+    wrong_lane_m: float = 6.0  # at a stretch in the lane of the other direction
+    still_mps: float = 0.02  # slower is standing still
+    still_radps: float = 0.05
+    stop_s: float = 2.0  # to stand before the stop line
+    stop_zone_m: float = 0.60  # from the robot's nose to the stop line, at most
+    stop_near_m: float = 3.0  # standing this near is a stop, though outside the zone
+    park_s: float = 5.0  # to stand in a place
+    sign_ahead_m: float = 4.0  # a vertical sign's report counts from here before it
+    sign_beyond_m: float = 1.0  # to here behind it
     collision_gap_s: float = 1.0  # contacts with one object closer in time are one collision
-    points: Points = Points()
-    factors: Factors = Factors()
+    earnings: Earnings = Earnings()
+    prices: Prices = Prices()
     course: CourseSpec = CourseSpec()
     arena: ArenaSpec = ArenaSpec()
     robot: RobotParams = RobotParams()

@@ -84,6 +84,9 @@ def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES
         look=scenario.look,
         start_pose=mission.start_pose,
         start_step=start_step(run.suite, seed, rules),
+        orders=run.suite.trial(seed).orders,
+        layout=scenario.layout,
+        signs=scenario.signs,
         wheel_separation_m=scenario.robot_truth.wheel_separation_m,
     )
     return Plan(header=header, scenario=scenario, mission=mission, load=submission.load, rules=rules)

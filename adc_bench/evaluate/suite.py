@@ -4,14 +4,18 @@ import hashlib
 
 import msgspec
 
-from adc_bench.api import Mission
+from adc_bench.api import Element, Mission
 from adc_bench.errors import InputError
+from adc_bench.evaluate.course_progress import LEAD_M
+from adc_bench.evaluate.programme import Programme, Trial
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.geometry import Pose2
 from adc_bench.world.checks import check_start
 from adc_bench.world.course import COURSE_SETS, Course, CourseName, CourseSpec
 from adc_bench.world.layout import Layout
 from adc_bench.world.look import ARTWORKS, FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily, draw_look
+from adc_bench.world.parking import ParkingKind
+from adc_bench.world.parking_zones import free_places
 from adc_bench.world.records import find_record, load_record
 from adc_bench.world.robot import ROBOTS, RobotName
 from adc_bench.world.scenario import Scenario
@@ -21,20 +25,31 @@ from adc_bench.world.streams import stream
 
 
 class Suite(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A list of runs: one arena a seed, the same task in each."""
+    """A list of runs, one arena a seed. The seeds take turns at the trials."""
 
     name: str
-    laps: int
-    time_limit_s: float  # from the arrow's appearance
+    trials: tuple[Trial, ...]
+    time_limit_s: float  # from the first order's appearance
     seeds: tuple[int, ...]
     start_delay_s: tuple[float, float]  # the panels show stop for a time drawn in this range
     blocked_after_s: float
     looks: LookFamily
-    layout: str = "open"  # a layout file's name or path, or a word of RANDOM_LAYOUTS
+    parking: ParkingKind | None = None  # what the panels' P asks for
+    elements: tuple[Element, ...] = ()  # what the trials hold; told to submissions
+    start_x_m: float = -0.65  # of the robot in the lane towards +x
     robot: RobotName = "pioneer"
     course: CourseName = "a"
     semantic_camera: bool = False  # tells the objects in view; never in a ranked suite
     ranked: bool = True  # whether its results may stand on the leaderboard
+
+    @property
+    def laps(self) -> int:
+        """How many laps each trial has."""
+        return len(Programme(orders=self.trials[0].orders).half_laps) // 2
+
+    def trial(self, seed: int) -> Trial:
+        """Return the trial of a seed."""
+        return self.trials[self.seeds.index(seed) % len(self.trials)]
 
     def scenario_name(self, seed: int) -> str:
         """Return the name of a seed's run."""
@@ -58,8 +73,28 @@ def load_suite(name_or_path: str) -> Suite:
     suite = load_record(path, Suite)
     for found, wanted in _faults(suite):
         raise InputError(where=str(path), found=found, wanted=wanted, todo="mend that key")
-    scenario_for(suite, suite.seeds[0])
+    for seed in suite.seeds[: len(suite.trials)]:
+        _check_run(suite, seed, str(path))
     return suite
+
+
+def _check_run(suite: Suite, seed: int, where: str) -> None:
+    """Check that a seed's arena can be, and holds what the suite says."""
+    scenario = scenario_for(suite, seed)
+    layout = scenario.layout
+    things: dict[Element, object] = {
+        "boxes": layout.boxes,
+        "tunnel": layout.tunnel,
+        "works": layout.works,
+        "vertical_signs": scenario.signs,
+    }
+    untold = [element for element, thing in things.items() if thing and element not in suite.elements]
+    if untold:
+        found = f"elements = {list(suite.elements)}, and {', '.join(untold)} in the layout {layout.name!r}"
+        raise InputError(where=where, found=found, wanted="all that stands on the course", todo="add it to elements")
+    if suite.parking and not free_places(scenario.course, layout, suite.parking):
+        found = f"no free place in the layout {layout.name!r}"
+        raise InputError(where=where, found=found, wanted="a place to park", todo="free one")
 
 
 def _faults(suite: Suite) -> list[tuple[str, str]]:
@@ -78,7 +113,8 @@ def _faults(suite: Suite) -> list[tuple[str, str]]:
     ]
     low, high = suite.start_delay_s
     checks = (
-        (suite.laps >= 1, f"laps = {suite.laps}", "at least 1"),
+        (len({len(Programme(orders=trial.orders).half_laps) for trial in suite.trials}) == 1, *_TRIALS),
+        (-LEAD_M <= suite.start_x_m < 0, f"start_x_m = {suite.start_x_m}", f"{-LEAD_M} to 0"),
         (suite.time_limit_s > 0, f"time_limit_s = {suite.time_limit_s}", "more than 0"),
         (suite.blocked_after_s > 0, f"blocked_after_s = {suite.blocked_after_s}", "more than 0"),
         (0 <= low <= high, f"start_delay_s = {[low, high]}", "0 <= from <= to"),
@@ -91,7 +127,17 @@ def _faults(suite: Suite) -> list[tuple[str, str]]:
             "ranked = false with a semantic camera",
         ),
     )
-    return faults + [(found, wanted) for good, found, wanted in checks if not good]
+    faults += [(found, wanted) for good, found, wanted in checks if not good]
+    for trial in suite.trials:
+        wanted = Programme(orders=trial.orders).fault(suite.parking)
+        if wanted is None and {"left", "right", "stop"} & set(trial.orders) and "orders" not in suite.elements:
+            wanted = "orders among the suite's elements"
+        if wanted:
+            faults.append((f"orders = {list(trial.orders)}", wanted))
+    return faults
+
+
+_TRIALS = ("trials of different lengths, or none", "one or more trials, all with as many half laps")
 
 
 def rules_for(suite: Suite, rules: Rules = RULES) -> Rules:
@@ -108,21 +154,23 @@ def rules_for(suite: Suite, rules: Rules = RULES) -> Rules:
 def rules_id(suite: Suite, rules: Rules = RULES) -> RulesId:
     """Return the digest of rules and suite together, with what the suite's names stand for."""
     own = rules_for(suite, rules)
-    whole = (own, suite, _layout(suite, suite.seeds[0], own.course))
+    whole = (own, suite, [_layout(suite, seed, own.course) for seed in suite.seeds[: len(suite.trials)]])
     return RulesId(id=rules.id, sha256=hashlib.sha256(msgspec.json.encode(whole, order="sorted")).hexdigest())
 
 
 def scenario_for(suite: Suite, seed: int, rules: Rules = RULES) -> Scenario:
-    """Return the arena of a seed. The suite's light levels take turns over its seeds, so that a few show them all.
+    """Return the arena of a seed. The suite's light levels take turns: a few seeds show them all, and so do the seeds
+    of each trial.
 
     Raises:
         InputError: the suite's layout is unknown or broken, or the arena cannot be.
     """
     levels, own = suite.looks.light_levels, rules_for(suite, rules)
+    turn = sum(divmod(suite.seeds.index(seed), len(suite.trials)))
     scenario = set_up(
         name=suite.scenario_name(seed),
         seed=seed,
-        look=draw_look(suite.looks, stream(seed, "look"), levels[suite.seeds.index(seed) % len(levels)]),
+        look=draw_look(suite.looks, stream(seed, "look"), levels[turn % len(levels)]),
         panel_sign="stop",
         layout=_layout(suite, seed, own.course),
         course=own.course,
@@ -130,20 +178,20 @@ def scenario_for(suite: Suite, seed: int, rules: Rules = RULES) -> Scenario:
         robot=own.robot,
         rig=own.rig,
     )
-    check_start(scenario, _start_pose(own), f"the arena {scenario.name}")
+    check_start(scenario, _start_pose(suite, own), f"the arena {scenario.name}")
     return scenario
 
 
-def _start_pose(rules: Rules) -> Pose2:
-    return Pose2(x_m=rules.start_x_m, y_m=-rules.course.lane_outer_radius_m, yaw_rad=0.0)
+def _start_pose(suite: Suite, rules: Rules) -> Pose2:
+    return Pose2(x_m=suite.start_x_m, y_m=-rules.course.lane_outer_radius_m, yaw_rad=0.0)
 
 
 def _layout(suite: Suite, seed: int, course: CourseSpec) -> Layout:
-    return draw_layout(suite.layout, Course(spec=course), stream(seed, "layout"))
+    return draw_layout(suite.trial(seed).layout, Course(spec=course), stream(seed, "layout"))
 
 
 def start_step(suite: Suite, seed: int, rules: Rules = RULES) -> int:
-    """Return the control step at which the panels turn from stop to the arrow."""
+    """Return the control step at which the panels turn from stop to the first order."""
     delay_s = stream(seed, "start").uniform(*suite.start_delay_s)
     return round(delay_s / rules.control_period_s)
 
@@ -154,10 +202,12 @@ def mission_for(suite: Suite, *, latency_s: float, options: dict[str, str], rule
     return Mission(
         name=suite.name,
         laps=suite.laps,
+        parking=suite.parking,
+        elements=suite.elements,
         time_limit_s=suite.time_limit_s,
         control_period_s=rules.control_period_s,
         latency_s=latency_s,
-        start_pose=_start_pose(own),
+        start_pose=_start_pose(suite, own),
         course=own.course,
         robot=own.robot,
         rig=own.rig,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from adc_bench.evaluate.ground import Ground
 from adc_bench.geometry import Pose2, wrap_rad
-from adc_bench.world.course import Course
 
 SPACING_M = 0.02  # between the poses looked at within a step: less than a line is wide
 
@@ -16,25 +16,24 @@ SPACING_M = 0.02  # between the poses looked at within a step: less than a line 
 class Footing:
     """What the wheels met on the way from one pose to the next."""
 
-    on_line: bool  # a contact patch lay on a solid edge line
+    on_line: bool  # a contact patch lay on a line that counts
     a_wheel_off: bool  # a wheel's contact point was off the road
     all_off: bool  # at some moment both were
 
 
-def footing(course: Course, before: Pose2, now: Pose2, separation_m: float, wheel_width_m: float) -> Footing:
+def footing(ground: Ground, before: Pose2, now: Pose2, separation_m: float, wheel_width_m: float) -> Footing:
     """Return what was under the wheels between two poses at most a control step apart.
 
     A contact patch is the wheel's width across at its contact point, looked at in three points; it lies on a line
     when one of them is within half the line's width of the line's centre. The road ends at its lines' centres.
     """
     patches = patch_points(poses_between(before, now), separation_m, wheel_width_m)
-    on_road = course.on_road(patches[:, :, 1].reshape(-1, 2)).reshape(-1, 2)
-    touch_m = course.spec.edge_line_width_m / 2
+    on_road = ground.is_drivable(patches[:, :, 1].reshape(-1, 2)).reshape(-1, 2)
     moved_m = math.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
-    reach_m = moved_m + (separation_m + wheel_width_m) / 2 + touch_m
+    reach_m = moved_m + (separation_m + wheel_width_m) / 2 + ground.touch_m
     # Most steps are far from every line: one distance then stands for all.
-    near = bool(course.distance_to_edge_lines_m([(now.x_m, now.y_m)])[0] <= reach_m)
-    on_line = near and bool((course.distance_to_edge_lines_m(patches.reshape(-1, 2)) <= touch_m).any())
+    near = bool(ground.distance_to_lines_m([(now.x_m, now.y_m)])[0] <= reach_m)
+    on_line = near and bool((ground.distance_to_lines_m(patches.reshape(-1, 2)) <= ground.touch_m).any())
     return Footing(
         on_line=on_line,
         a_wheel_off=bool((~on_road).any()),

@@ -87,16 +87,6 @@ COURSE_SETS: Mapping[CourseName, CourseSpec] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gate:
-    """A segment across the lap at arc length `s_m`: `pose` is its middle and the driving direction."""
-
-    name: str
-    s_m: float
-    pose: Pose2
-    half_width_m: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class Course:
     """The road with its lines, lanes, crosswalk and map landmarks."""
 
@@ -319,24 +309,9 @@ class Course:
         return distance
 
     @cached_property
-    def gates(self) -> tuple[Gate, ...]:
-        """The gates of a lap in order; the last one is the start line."""
-        c = self.spec
-        half = (c.radius_outer_m - c.radius_inner_m) / 2
-        knots = self.lap.knots_m
-        s_values = {
-            "east_leg": knots[1] / 2,
-            "east_loop": (knots[1] + knots[2]) / 2,
-            "east_s_road": knots[2],
-            "crosswalk_back": knots[3] + c.s_road_centre_x_m,
-            "west_loop": (knots[4] + knots[5]) / 2,
-            "west_s_road": knots[5],
-            "start": 0.0,
-        }
-        return tuple(
-            Gate(name=name, s_m=float(s), pose=self.lap.pose(float(s)), half_width_m=half)
-            for name, s in s_values.items()
-        )
+    def crosswalk_back_m(self) -> float:
+        """Where the lap passes the crosswalk's middle towards -x; towards +x it does so at 0."""
+        return float(self.lap.knots_m[3]) + self.spec.s_road_centre_x_m
 
 
 def _mirror_x(path: Path) -> Path:

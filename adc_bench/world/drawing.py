@@ -1,6 +1,7 @@
 """Drawing what is set up for a trial: tunnels, boxes, road-works, parked boxes. Each takes the floor that is taken."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import shapely
@@ -11,6 +12,7 @@ from adc_bench.world.arena import ArenaSpec, Tunnel, road_centre, tunnel_solids
 from adc_bench.world.course import Course
 from adc_bench.world.footprints import extents
 from adc_bench.world.layout import BoxPlace, Layout, Place, Works
+from adc_bench.world.route import Loop
 from adc_bench.world.works import BOX_SIZE_M, blocked_by, layout_bodies
 
 Array = NDArray[np.float64]
@@ -77,9 +79,8 @@ def _free_starts(free: NDArray[np.bool_], length_m: float) -> list[int]:
 
 def draw_crosswalk_tunnel(course: Course, rng: np.random.Generator) -> Tunnel:
     """Draw a tunnel that begins before one of the lap's two passes of the crosswalk and often covers it."""
-    back_m = next(gate.s_m for gate in course.gates if gate.name == "crosswalk_back")
     length_m = float(rng.uniform(*TUNNEL_LENGTH_M))
-    start_m = float(rng.choice([0.0, back_m])) - float(rng.uniform(*BEFORE_CROSSWALK_M))
+    start_m = float(rng.choice([0.0, course.crosswalk_back_m])) - float(rng.uniform(*BEFORE_CROSSWALK_M))
     return Tunnel(start_s_m=start_m % course.lap.length_m, length_m=length_m)
 
 
@@ -146,12 +147,17 @@ def _stations(knots_m: Array, share: Array) -> Array:
     return stations
 
 
-def draw_works(course: Course, rng: np.random.Generator) -> Works:
-    """Draw road-works outside one of the loops: the way leaves the road over the outer line and comes back to it."""
+def draw_works(course: Course, rng: np.random.Generator, *, loops: Sequence[Loop] = ("east", "west")) -> Works:
+    """Draw road-works outside one of these loops: the way leaves the road over the outer line and comes back to it."""
     while True:
         works = _draw_works(course, rng)
-        if not blocked_by(works, extents([], layout_bodies(Layout(works=works)))):
+        if works_loop(works) in loops and not blocked_by(works, extents([], layout_bodies(Layout(works=works)))):
             return works
+
+
+def works_loop(works: Works) -> Loop:
+    """Return the loop round which road-works lie."""
+    return "east" if sum(x_m for x_m, _ in (*works.left, *works.right)) > 0 else "west"
 
 
 def works_floor(works: Works) -> shapely.Geometry:
@@ -200,17 +206,25 @@ def _places(row: Array) -> tuple[Place, ...]:
 def draw_parked(course: Course, rng: np.random.Generator) -> tuple[BoxPlace, ...]:
     """Draw boxes that occupy parking places: two in the parallel bay, one in the two-place bay, or both."""
     which = int(rng.integers(3))
-    boxes: list[Pose2] = []
-    parallel, *bay = course.parking_places
-    if which != 1:
-        gap_m = float(rng.uniform(*PARKED_GAP_M))
-        apart_m = (gap_m + BOX_SIZE_M[0]) / 2
-        free_m = parallel.length_m / 2 - apart_m - BOX_SIZE_M[0] / 2
-        middle_m = parallel.pose.x_m + float(rng.uniform(-free_m, free_m))
-        y_m = -course.spec.radius_outer_m - PARKED_FROM_LINE_M
-        boxes += [Pose2(x_m=middle_m + side * apart_m, y_m=y_m, yaw_rad=0.0) for side in (-1, 1)]
-    if which != 0:
-        place = bay[int(rng.integers(len(bay)))].pose
-        aside_m, turn_rad = rng.uniform(-1.0, 1.0, 2) * (PARKED_ASIDE_M, PARKED_TURN_RAD)
-        boxes.append(place @ Pose2(x_m=0.0, y_m=float(aside_m), yaw_rad=float(turn_rad)))
-    return tuple(BoxPlace(x_m=pose.x_m, y_m=pose.y_m, yaw_rad=pose.yaw_rad) for pose in boxes)
+    parallel = draw_parallel_parked(course, rng) if which != 1 else ()
+    return parallel + (draw_bay_parked(course, rng) if which != 0 else ())
+
+
+def draw_parallel_parked(course: Course, rng: np.random.Generator) -> tuple[BoxPlace, BoxPlace]:
+    """Draw two boxes in the parallel bay, with a gap between them."""
+    parallel = course.parking_places[0]
+    gap_m = float(rng.uniform(*PARKED_GAP_M))
+    apart_m = (gap_m + BOX_SIZE_M[0]) / 2
+    free_m = parallel.length_m / 2 - apart_m - BOX_SIZE_M[0] / 2
+    middle_m = parallel.pose.x_m + float(rng.uniform(-free_m, free_m))
+    y_m = -course.spec.radius_outer_m - PARKED_FROM_LINE_M
+    return BoxPlace(x_m=middle_m - apart_m, y_m=y_m), BoxPlace(x_m=middle_m + apart_m, y_m=y_m)
+
+
+def draw_bay_parked(course: Course, rng: np.random.Generator) -> tuple[BoxPlace]:
+    """Draw a box in one place of the two-place bay."""
+    bay = course.parking_places[1:]
+    place = bay[int(rng.integers(len(bay)))].pose
+    aside_m, turn_rad = rng.uniform(-1.0, 1.0, 2) * (PARKED_ASIDE_M, PARKED_TURN_RAD)
+    pose = place @ Pose2(x_m=0.0, y_m=float(aside_m), yaw_rad=float(turn_rad))
+    return (BoxPlace(x_m=pose.x_m, y_m=pose.y_m, yaw_rad=pose.yaw_rad),)

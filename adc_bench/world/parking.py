@@ -1,12 +1,15 @@
 """Where to park: the places' poses, and the paint of the two-place bay beside the start straight (adc.md 7)."""
 
 import math
+from typing import Literal
 
 import msgspec
 import numpy as np
 import shapely
 
 from adc_bench.geometry import Pose2
+
+ParkingKind = Literal["parallel", "bay"]
 
 
 class BaySpec(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -24,8 +24,7 @@ def route(course: Course, first: Loop, ways: Sequence[Way]) -> Path:
 
 def crosswalk_pose(course: Course, towards: Loop) -> Pose2:
     """Return where the right-hand lane towards a loop passes the crosswalk's middle."""
-    back_m = next(gate.s_m for gate in course.gates if gate.name == "crosswalk_back")
-    return course.lap.pose(0.0 if towards == "east" else back_m)
+    return course.lap.pose(0.0 if towards == "east" else course.crosswalk_back_m)
 
 
 def half_lap(course: Course, loop: Loop, way: Way) -> tuple[Piece, ...]:

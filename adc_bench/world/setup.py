@@ -7,14 +7,16 @@ import numpy as np
 import shapely
 
 from adc_bench.errors import InputError
-from adc_bench.world.arena import ArenaSpec, gantry_solids
+from adc_bench.world.arena import ArenaSpec, Tunnel, gantry_solids
 from adc_bench.world.categories import PanelSign
 from adc_bench.world.checks import check_layout, check_scenario
 from adc_bench.world.course import Course, CourseSpec
 from adc_bench.world.drawing import (
+    draw_bay_parked,
     draw_boxes,
     draw_crosswalk_tunnel,
     draw_loop_tunnel,
+    draw_parallel_parked,
     draw_parked,
     draw_works,
     tunnel_floor,
@@ -22,7 +24,7 @@ from adc_bench.world.drawing import (
 )
 from adc_bench.world.footprints import extents
 from adc_bench.world.furnishing import draw_furniture
-from adc_bench.world.layout import Layout
+from adc_bench.world.layout import BoxPlace, Layout, Works
 from adc_bench.world.look import Look
 from adc_bench.world.records import find_record, load_record
 from adc_bench.world.robot import RobotParams, draw_robot_truth
@@ -32,9 +34,19 @@ from adc_bench.world.signs import draw_signs, sign_solids
 from adc_bench.world.streams import stream
 
 RandomLayout = Literal[
-    "random_tunnel", "crosswalk_tunnel", "random_boxes", "random_works", "random_parking", "random_all"
+    "random_tunnel",
+    "crosswalk_tunnel",
+    "random_boxes",
+    "random_works",
+    "random_parking",
+    "random_all",
+    "random_d3",
+    "random_d4",
+    "random_p2",
+    "random_b2",
 ]
 RANDOM_LAYOUTS: tuple[str, ...] = get_args(RandomLayout)
+WORKS_CLEAR_M = 1.5  # from road-works to a tunnel, and more to boxes: room to find the way in and out
 
 
 def load_layout(name_or_path: str) -> Layout:
@@ -59,12 +71,14 @@ def draw_layout(name: str, course: Course, rng: np.random.Generator, *, signs: b
     """Return the layout of this name: one of `RANDOM_LAYOUTS` drawn, with the vertical signs or without, or a file's.
 
     Road-works take the floor round a loop on which signs stand, so a layout with road-works has none. `random_all` has
-    road-works, a tunnel and boxes in the lanes.
+    road-works, a tunnel and boxes in the lanes. The layouts of the suites: `random_d3` has a tunnel and boxes,
+    `random_d4` road-works in the way of the lap as well, and nothing beside the parallel bay; `random_p2` and
+    `random_b2` have parked boxes.
 
     Raises:
         InputError: as `load_layout`.
     """
-    taken = _fixed_floor(course.spec, signs=signs)
+    taken, bare = (_fixed_floor(course.spec, signs=standing) for standing in (signs, False))
     if name == "random_tunnel":
         return Layout(name=name, tunnel=draw_loop_tunnel(course, taken, rng), signs=signs)
     if name == "crosswalk_tunnel":
@@ -76,7 +90,18 @@ def draw_layout(name: str, course: Course, rng: np.random.Generator, *, signs: b
     if name == "random_works":
         return Layout(name=name, works=draw_works(course, rng))
     if name == "random_all":
-        return _draw_all(name, course, rng)
+        return _draw_all(name, draw_works(course, rng), bare, course, rng)
+    if name == "random_d3":
+        tunnel = draw_loop_tunnel(course, taken, rng)
+        return Layout(name=name, tunnel=tunnel, boxes=_draw_boxes_round(course, tunnel, taken, rng), signs=signs)
+    if name == "random_d4":
+        works = draw_works(course, rng, loops=("east",))
+        clear = [works_floor(works).buffer(WORKS_CLEAR_M), _beside_parallel_bay(course.spec)]
+        return _draw_all(name, works, shapely.union_all([bare, *clear]), course, rng)
+    if name == "random_p2":
+        return Layout(name=name, boxes=draw_parallel_parked(course, rng))
+    if name == "random_b2":
+        return Layout(name=name, boxes=draw_bay_parked(course, rng))
     return load_layout(name)
 
 
@@ -118,12 +143,20 @@ def set_up(
     return scenario
 
 
-def _draw_all(name: str, course: Course, rng: np.random.Generator) -> Layout:
-    works = draw_works(course, rng)
-    taken = shapely.union(_fixed_floor(course.spec, signs=False), works_floor(works))
+def _draw_all(name: str, works: Works, taken: shapely.Geometry, course: Course, rng: np.random.Generator) -> Layout:
+    taken = shapely.union(taken, works_floor(works))
     tunnel = draw_loop_tunnel(course, taken, rng)
-    boxes = draw_boxes(course, shapely.union(taken, tunnel_floor(course, tunnel)), rng)
-    return Layout(name=name, works=works, tunnel=tunnel, boxes=boxes)
+    return Layout(name=name, works=works, tunnel=tunnel, boxes=_draw_boxes_round(course, tunnel, taken, rng))
+
+
+def _draw_boxes_round(
+    course: Course, tunnel: Tunnel, taken: shapely.Geometry, rng: np.random.Generator
+) -> tuple[BoxPlace, ...]:
+    return draw_boxes(course, shapely.union(taken, tunnel_floor(course, tunnel)), rng)
+
+
+def _beside_parallel_bay(spec: CourseSpec) -> shapely.Polygon:
+    return shapely.box(spec.bulge_start_x_m, -spec.radius_outer_m, spec.loop_centre_x_m, -spec.radius_centre_m)
 
 
 @lru_cache(maxsize=8)

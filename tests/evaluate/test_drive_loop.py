@@ -119,7 +119,7 @@ def test_late_cameras_and_objects_in_view(submission_of: MakeSubmission, short_s
     assert told[:, 0] == pytest.approx(np.where(steps < 3, -1.0, 0.05 * (steps - 3)))
     assert told[:, 1] == pytest.approx(np.where(steps % 4 == 0, 0.05 * steps, -1.0))
     assert (told[:3, 5] == 0).all() and (told[3:, 5] >= 1).all()
-    assert told[3:, 6] == pytest.approx(-rules.start_x_m, abs=0.02), "the crosswalk is ahead"
+    assert told[3:, 6] == pytest.approx(0.65, abs=0.02), "the crosswalk is ahead"
 
 
 def test_a_folder_is_the_same_twice_resumes_and_rescores(

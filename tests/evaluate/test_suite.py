@@ -5,6 +5,7 @@ import pytest
 
 from adc_bench.dataset.split import load_split
 from adc_bench.errors import InputError
+from adc_bench.evaluate.programme import Trial
 from adc_bench.evaluate.rules import RULES
 from adc_bench.evaluate.suite import Suite, load_suite, mission_for, rules_for, rules_id, scenario_for, start_step
 from adc_bench.world.course import COURSE_SETS
@@ -12,6 +13,7 @@ from adc_bench.world.records import find_record, known_records
 from adc_bench.world.robot import ROBOTS
 
 D1 = load_suite("d1")
+RANKED = ("d1", "d2", "d3", "d4", "p1", "p2", "b1", "b2", "v1")
 
 
 @pytest.mark.parametrize("name", known_records("splits/suites"))
@@ -23,9 +25,15 @@ def test_shipped_suites_are_sound_and_unseen(name: str) -> None:
     assert not set(suite.looks.light_sets) & set(train.looks.light_sets)
 
 
-def test_d1_is_two_laps_on_five_seeds_at_every_light_level() -> None:
-    assert (D1.laps, D1.time_limit_s, len(D1.seeds)) == (2, 180.0, 5)
-    assert {scenario_for(D1, seed).look.light_level for seed in D1.seeds} == {"dark", "dim", "normal", "bright"}
+@pytest.mark.parametrize("name", RANKED)
+def test_each_trial_of_a_ranked_suite_meets_the_light_levels_in_turn(name: str) -> None:
+    suite = load_suite(name)
+    met: dict[tuple[str, ...], set[str]] = {(*trial.orders, trial.layout): set() for trial in suite.trials}
+    for seed in suite.seeds:
+        scenario, trial = scenario_for(suite, seed), suite.trial(seed)
+        met[(*trial.orders, trial.layout)].add(scenario.look.light_level)
+    assert set().union(*met.values()) == {"dark", "dim", "normal", "bright"}
+    assert all(len(levels) >= min(4, len(suite.seeds) // len(suite.trials)) for levels in met.values())
 
 
 def test_a_seed_gives_one_scenario() -> None:
@@ -52,7 +60,7 @@ def test_the_mission_is_the_same_for_every_seed_and_holds_no_truth() -> None:
 def test_the_rules_digest_covers_rules_and_suite() -> None:
     digests = {
         rules_id(D1).sha256,
-        rules_id(msgspec.structs.replace(D1, laps=1)).sha256,
+        rules_id(msgspec.structs.replace(D1, trials=(Trial(orders=("up", "up", "end")),))).sha256,
         rules_id(D1, msgspec.structs.replace(RULES, touch_gap_s=1.0)).sha256,
     }
     assert len(digests) == 3
@@ -67,22 +75,32 @@ def changed(tmp_path: Path, old: str, new: str) -> str:
 
 
 def test_a_suite_of_ones_own_is_loaded_by_its_path(tmp_path: Path) -> None:
-    assert load_suite(changed(tmp_path, "laps = 2", "laps = 3")) == msgspec.structs.replace(D1, laps=3)
+    assert load_suite(changed(tmp_path, "180.0", "90.0")) == msgspec.structs.replace(D1, time_limit_s=90.0)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "found"),
     [
-        ("laps = 2", "laps = 0", "laps = 0"),
-        ("laps = 2", 'laps = "two"', "Expected `int`, got `str` - at `$.laps`"),
-        ("laps = 2", "lapses = 2", "Object contains unknown field `lapses`"),
+        ("180.0", '"long"', "Expected `float`, got `str` - at `$.time_limit_s`"),
+        ("[[trials]]", "laps = 2\n[[trials]]", "Object contains unknown field `laps`"),
+        (
+            '"up", "up", "up", "up", "end"',
+            '"up", "back", "end"',
+            "Invalid enum value 'back' - at `$.trials[0].orders[1]`",
+        ),
+        ('"up", "up", "up", "up", "end"', '"up", "end"', "orders = ['up', 'end']"),
+        ('"up", "up", "up", "up", "end"', '"left", "up", "end"', "orders = ['left', 'up', 'end']"),
+        ('"up", "up", "up", "up", "end"', '"up", "up", "park"', "orders = ['up', 'up', 'park']"),
+        ("[looks]", '[[trials]]\norders = ["up", "up", "end"]\n[looks]', "trials of different lengths, or none"),
+        ("[looks]", 'layout = "d3_v1"\n[looks]', "elements = [], and boxes in the layout 'd3_v1'"),
+        ("180.0", "180.0\nstart_x_m = 1.0", "start_x_m = 1.0"),
         ('"felt"', '"velvet"', "looks.floors = ['velvet', 'painted_board', 'scuffed_linoleum']"),
         ("[1.0, 5.0]", "[5.0, 1.0]", "start_delay_s = [5.0, 1.0]"),
         ("7001, 7002", "7001, 7001", "a seed twice"),
         ("180.0", "-1.0", "time_limit_s = -1.0"),
-        ("laps = 2", "laps = 2\nsemantic_camera = true", "semantic_camera = true in a ranked suite"),
-        ("laps = 2", 'laps = 2\ncourse = "c"', "Invalid enum value 'c' - at `$.course`"),
-        ("laps = 2", 'laps = 2\nrobot = "segway"', "Invalid enum value 'segway' - at `$.robot`"),
+        ("180.0", "180.0\nsemantic_camera = true", "semantic_camera = true in a ranked suite"),
+        ("180.0", '180.0\ncourse = "c"', "Invalid enum value 'c' - at `$.course`"),
+        ("180.0", '180.0\nrobot = "segway"', "Invalid enum value 'segway' - at `$.robot`"),
     ],
 )
 def test_what_is_wrong_with_a_suite_is_told(tmp_path: Path, old: str, new: str, found: str) -> None:
@@ -94,7 +112,7 @@ def test_what_is_wrong_with_a_suite_is_told(tmp_path: Path, old: str, new: str, 
 
 def test_an_unknown_layout_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        load_suite(changed(tmp_path, "laps = 2", 'laps = 2\nlayout = "d9"'))
+        load_suite(changed(tmp_path, "[looks]", 'layout = "d9"\n[looks]'))
     assert caught.value.where == "layout 'd9'" and "d3_v1" in caught.value.wanted
 
 
@@ -102,12 +120,13 @@ def test_a_box_at_the_start_is_refused_by_name(tmp_path: Path) -> None:
     layout = tmp_path / "layout.toml"
     layout.write_text('name = "mine"\n[[boxes]]\nx_m = -0.5\ny_m = -2.6\n')
     with pytest.raises(InputError) as caught:
-        load_suite(changed(tmp_path, "laps = 2", f'laps = 2\nlayout = "{layout}"'))
+        load_suite(changed(tmp_path, "[looks]", f'layout = "{layout}"\n[looks]'))
     assert caught.value.found == "overlapping: the robot at its start and box_0"
 
 
 def test_a_suite_names_its_layout_robot_course_and_semantic_camera() -> None:
-    fields = {"layout": "d3_v2", "robot": "conde", "course": "b", "semantic_camera": True, "ranked": False}
+    trials = (Trial(orders=D1.trials[0].orders, layout="d3_v2"),)
+    fields = {"trials": trials, "robot": "conde", "course": "b", "semantic_camera": True, "ranked": False}
     suite = msgspec.structs.replace(D1, **fields)
     rules, scenario = rules_for(suite), scenario_for(suite, D1.seeds[0])
     mission = mission_for(suite, latency_s=0.0, options={})
@@ -126,7 +145,11 @@ def test_what_a_layout_file_holds_is_in_the_digest(tmp_path: Path) -> None:
     for x_m in (2.0, 2.5):
         layout = tmp_path / "layout.toml"
         layout.write_text(f'name = "mine"\n[[boxes]]\nx_m = {x_m}\ny_m = -2.6\n')
-        digests.add(rules_id(msgspec.structs.replace(D1, layout=str(layout))).sha256)
+        digests.add(
+            rules_id(
+                msgspec.structs.replace(D1, trials=(Trial(orders=("up", "up", "end"), layout=str(layout)),))
+            ).sha256
+        )
     assert len(digests) == 2
 
 

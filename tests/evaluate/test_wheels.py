@@ -8,9 +8,11 @@ import pytest
 import shapely
 from numpy.typing import NDArray
 
+from adc_bench.evaluate.ground import ground_of as open_road
 from adc_bench.evaluate.wheels import SPACING_M, footing, patch_points, poses_between
 from adc_bench.geometry import Pose2
 from adc_bench.world.course import COURSE_SETS, Course, CourseName, CourseSpec
+from adc_bench.world.layout import Layout
 
 Array = NDArray[np.float64]
 SEPARATION_M, WHEEL_M = 0.33, 0.05
@@ -86,7 +88,7 @@ def test_a_standing_robot_is_where_the_polygons_have_it(name: CourseName) -> Non
     ground = ground_of(course.spec)
     seen, wrong = np.zeros((3, 2), dtype=int), 0
     for pose in poses_near(ground, rng, 3000):
-        found = footing(course, pose, pose, SEPARATION_M, WHEEL_M)
+        found = footing(open_road(course, Layout(), None), pose, pose, SEPARATION_M, WHEEL_M)
         off = [not ground.road.covers(point) for point, _ in wheels(pose)]
         on_line = any(ground.paint.intersects(patch) for _, patch in wheels(pose))
         expected = (on_line, any(off), all(off))
@@ -107,7 +109,7 @@ def test_a_moving_robot_misses_nothing_on_its_way() -> None:
     for before in poses_near(ground, rng, 300):
         step = Pose2(x_m=rng.uniform(0.0, 0.11), y_m=0.0, yaw_rad=rng.uniform(-0.1, 0.1))
         now = before @ step
-        found = footing(course, before, now, SEPARATION_M, WHEEL_M)
+        found = footing(open_road(course, Layout(), None), before, now, SEPARATION_M, WHEEL_M)
         shares = np.linspace(0.0, 1.0, 111)[1:, None]
         way = shares * np.array([now.x_m - before.x_m, now.y_m - before.y_m, step.yaw_rad])
         fine = way + np.array([before.x_m, before.y_m, before.yaw_rad])

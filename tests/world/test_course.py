@@ -189,7 +189,6 @@ def test_the_solid_lines_leave_the_bulge_open() -> None:
     assert gap[0] > 0.5 and gap[1] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_gates_follow_the_lap_and_end_at_the_start_line() -> None:
-    s = [gate.s_m for gate in COURSE.gates]
-    assert s[:-1] == sorted(s[:-1]) and s[-1] == 0.0
-    assert COURSE.gates[-1].pose.x_m == pytest.approx(0.0)
+def test_the_lap_passes_the_crosswalk_a_second_time_half_way_round() -> None:
+    back = COURSE.lap.pose(COURSE.crosswalk_back_m)
+    assert (back.x_m, back.y_m) == pytest.approx((0.0, -1.8375)) and math.cos(back.yaw_rad) == pytest.approx(-1.0)
