@@ -67,7 +67,8 @@ class EdgeFitParams:
         wide_sd_px: of an edge's place in the picture ...
         narrow_sd_px: ... and what a narrow mark adds.
         floor_sd_m: of the paint's own edge.
-        independent: how many edges' worth a picture tells: neighbours, and pictures running, share their errors.
+        independent: how many edges' worth a picture of another place tells: neighbours, and pictures running, share
+            their errors.
         believed_sds: where an edge counts half; beyond, it is soon another edge.
         rounds: of weighing anew.
     """
@@ -107,11 +108,12 @@ def offset_jacobian(expected: ExpectedEdges, eye: BirdsEye, yaw_rad: float) -> A
 
 
 def fit_edges(
-    estimate: Estimate, seen: ExpectedEdges, offsets_m: Array, jacobian: Array, params: EdgeFitParams
+    estimate: Estimate, seen: ExpectedEdges, offsets_m: Array, jacobian: Array, news: float, params: EdgeFitParams
 ) -> EdgeFit:
     """Return the estimate after edges seen `offsets_m` (n,) from where it expects them, with their Jacobian (n, 7).
 
-    The bloom's parts join the state for this picture. Weights are Cauchy's, found in a few rounds.
+    `news` is the share of the picture's errors that the ones before did not have. The bloom's parts join the state for
+    this picture. Weights are Cauchy's, found in a few rounds.
     """
     mean, sd = params.bloom.parts
     columns = params.bloom.columns(seen)
@@ -119,7 +121,7 @@ def fit_edges(
     values, jacobian = offsets_m - columns @ mean, np.hstack([jacobian, columns])
     sd_px = params.wide_sd_px + params.narrow_sd_px * params.bloom.narrowness(seen)
     sd_m = np.hypot(sd_px / seen.scale_px_pm, params.floor_sd_m)
-    shared = max(1.0, len(values) / params.independent)
+    shared = max(1.0, len(values) / params.independent) / news
     # The spread of the estimate itself must not count against an edge before the first round.
     before_m = np.sqrt(sd_m**2 + np.einsum("ni,ij,nj->n", jacobian, with_bloom.covariance, jacobian))
     weights = _cauchy(values / before_m, params)

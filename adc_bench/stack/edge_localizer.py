@@ -7,7 +7,6 @@ came since.
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from adc_bench.stack.birds_eye import BirdsEye
 from adc_bench.stack.edge_fit import EdgeFit, EdgeFitParams, fit_edges, offset_jacobian
 from adc_bench.stack.edge_search import EdgeSearchParams, expect_edges, find_edges
 from adc_bench.stack.ekf import Belief
-from adc_bench.stack.paint_edges import PaintEdges, paint_edges
+from adc_bench.stack.paint_edges import paint_edges
 from adc_bench.stack.pose_filter import Estimate, MotionNoise, StartSpread, predict, start_estimate, widened
 from adc_bench.stack.travel import Reached, Tape, forget, record, travel
 from adc_bench.world.course import Course
@@ -37,6 +36,9 @@ class EdgeLocalizerParams:
             pictures running share their errors, so it is commonly a sixth.
         astray_m: where a picture does not fit or surprises, it is looked at again with this much doubt more ...
         astray_rad: ... and this much in its yaw.
+        place_m: after so much way a picture's errors are others; a turn counts as the way of a point ...
+        lever_m: ... so far from the axle.
+        least_news: share of the errors that are others even where the robot stands.
     """
 
     horizon_s: float = 0.5
@@ -45,6 +47,9 @@ class EdgeLocalizerParams:
     surprise: float = 1.5
     astray_m: float = 0.05
     astray_rad: float = math.radians(2.0)
+    place_m: float = 0.05
+    lever_m: float = 0.5
+    least_news: float = 0.1
     start: StartSpread = field(default_factory=StartSpread)
     noise: MotionNoise = field(default_factory=MotionNoise)
     search: EdgeSearchParams = field(default_factory=EdgeSearchParams)
@@ -53,14 +58,16 @@ class EdgeLocalizerParams:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EdgeState:
-    """The estimate at the last picture, the way since then on tape, and the estimate now.
+    """The estimate at the last picture, what encoders and gyro said since then, and the estimate now.
 
-    `fit` is what the picture of this step said; None where none came or none was believed.
+    `way_m` is how far the robot has come since the last picture that was used. `fit` is what the picture of this step
+    said; None where none came or it was not believed.
     """
 
     settled: Estimate
     reached: Reached
     now: Estimate
+    way_m: float
     tape: Tape = field(default_factory=Tape)
     fit: EdgeFit | None = None
 
@@ -70,64 +77,61 @@ class EdgeState:
         return self.now.belief
 
 
-@dataclass(frozen=True, kw_only=True)
 class EdgeLocalizer:
-    """Pure steps from state to state, for one mission."""
+    """Pure steps from state to state, for one mission; its map is drawn once."""
 
-    mission: Mission
-    params: EdgeLocalizerParams = field(default_factory=EdgeLocalizerParams)
-
-    @cached_property
-    def edges_world(self) -> PaintEdges:
-        """The map."""
-        return paint_edges(Course(spec=self.mission.course))
+    def __init__(self, mission: Mission, params: EdgeLocalizerParams | None = None) -> None:
+        self._mission, self._params = mission, params or EdgeLocalizerParams()
+        self._edges_world = paint_edges(Course(spec=mission.course))
 
     def start(self) -> EdgeState:
         """Return the state at the mission's start pose."""
-        estimate = start_estimate(self.mission.start_pose, self.params.start)
-        return EdgeState(settled=estimate, reached=Reached(), now=estimate)
+        estimate = start_estimate(self._mission.start_pose, self._params.start)
+        return EdgeState(settled=estimate, reached=Reached(), now=estimate, way_m=self._params.place_m)
 
     def step(self, state: EdgeState, observation: Observation) -> EdgeState:
         """Return the state at the observation's time."""
-        tape = record(state.tape, observation.encoders, observation.imu, self.mission.robot)
+        tape = record(state.tape, observation.encoders, observation.imu, self._mission.robot)
         state = replace(state, tape=tape, fit=None)
         road = observation.pictures.get("road")
         if road is not None and road.time_s >= state.reached.time_s:
             state = self._look(self._settle(state, road.time_s), road)
-        state = self._settle(state, observation.time_s - self.params.horizon_s)
-        return replace(state, now=self._moved(state, observation.time_s)[0])
+        state = self._settle(state, observation.time_s - self._params.horizon_s)
+        return replace(state, now=self._settle(state, observation.time_s).settled)
 
     def _settle(self, state: EdgeState, time_s: float) -> EdgeState:
         """Return the state with its settled estimate moved to a time, if that is later, and the tape before it cut."""
         if time_s <= state.reached.time_s:
             return state
-        settled, reached = self._moved(state, time_s)
-        return replace(state, settled=settled, reached=reached, tape=forget(state.tape, time_s))
-
-    def _moved(self, state: EdgeState, time_s: float) -> tuple[Estimate, Reached]:
-        if time_s <= state.reached.time_s:
-            return state.settled, state.reached
-        way, reached = travel(state.tape, state.reached, time_s, self.mission.robot)
-        return predict(state.settled, way, self.params.noise), reached
+        p = self._params
+        way, reached = travel(state.tape, state.reached, time_s, self._mission.robot)
+        return replace(
+            state,
+            settled=predict(state.settled, way, p.noise),
+            reached=reached,
+            way_m=state.way_m + float(np.abs(way.forward_m).sum() + p.lever_m * np.abs(way.turn_rad).sum()),
+            tape=forget(state.tape, time_s),
+        )
 
     def _look(self, state: EdgeState, road: Picture) -> EdgeState:
         """Return the state after a picture taken where its settled estimate is."""
-        p = self.params
-        fit = self._fit(state.settled, road.rgb)
+        p = self._params
+        news = min(max(state.way_m / p.place_m, p.least_news), 1.0)
+        fit = self._fit(state.settled, road.rgb, news)
         if fit is None or fit.squared_distance > p.surprise * fit.freedoms:
-            fit = self._fit(widened(state.settled, p.astray_m, p.astray_rad), road.rgb)
-        return state if fit is None else replace(state, settled=fit.estimate, fit=fit)
+            fit = self._fit(widened(state.settled, p.astray_m, p.astray_rad), road.rgb, news)
+        return state if fit is None else replace(state, settled=fit.estimate, way_m=0.0, fit=fit)
 
-    def _fit(self, estimate: Estimate, rgb: NDArray[np.uint8]) -> EdgeFit | None:
+    def _fit(self, estimate: Estimate, rgb: NDArray[np.uint8], news: float) -> EdgeFit | None:
         """Return what a picture (height, width, 3) says, or None where too few of the expected edges agree."""
-        p = self.params
-        eye = BirdsEye(mount=self.mission.rig.camera("road"), tilt_rad=estimate.tilt_rad)
+        p = self._params
+        eye = BirdsEye(mount=self._mission.rig.camera("road"), tilt_rad=estimate.tilt_rad)
         pose = estimate.belief.pose
-        expected = expect_edges(eye, self.edges_world.seen_from(pose), p.search)
+        expected = expect_edges(eye, self._edges_world.seen_from(pose), p.search)
         jacobian = offset_jacobian(expected, eye, pose.yaw_rad)
         spread_m = np.sqrt(np.einsum("ni,ij,nj->n", jacobian, estimate.covariance, jacobian))
         found, offsets_m = find_edges(rgb, expected, spread_m, p.search)
         if len(offsets_m) < p.least_edges:
             return None
-        fit = fit_edges(estimate, expected.of(found), offsets_m, jacobian[found], p.fit)
+        fit = fit_edges(estimate, expected.of(found), offsets_m, jacobian[found], news, p.fit)
         return fit if fit.agreeing >= max(p.least_edges, p.least_share * len(found)) else None
