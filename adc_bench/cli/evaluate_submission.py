@@ -1,7 +1,7 @@
 """`adc-bench evaluate submission` and `adc-bench rescore`: a driver's score on a suite."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -11,6 +11,7 @@ from adc_bench.errors import UsageError
 if TYPE_CHECKING:
     from adc_bench.evaluate.results import Result
 
+Engine = Literal["local", "ray"]
 SHOWN = ("driving_score", "points", "completion", "lap_time_s", "position_rmse_m", "dead_reckoning_rmse_m")
 AsJson = Annotated[bool, typer.Option("--json", help="Print result.json.")]
 
@@ -21,6 +22,13 @@ def submission(
     out: Annotated[Path, typer.Option(help="The result folder; run again on it to resume.")],
     episodes: Annotated[int | None, typer.Option(min=1, help="Only the suite's first K runs.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a result of another run.")] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Runs at a time; the bytes are the same for any number.")] = 1,
+    engine: Annotated[
+        Engine, typer.Option(help="Processes of this machine, or the Ray cluster that runs (RAY_ADDRESS).")
+    ] = "local",
+    in_process: Annotated[
+        bool, typer.Option("--in-process", help="Without a process of its own: to look into it, never for the board.")
+    ] = False,
     options: Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE handed to the driver.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -32,9 +40,29 @@ def submission(
 
     loaded_suite = load_suite(suite)
     loaded = load_submission(submission, chosen)
+    tell_isolation(in_process)
     with progress_bar("driving", min(episodes or len(loaded_suite.seeds), len(loaded_suite.seeds))) as tell:
-        result = evaluate_submission(loaded, loaded_suite, out, episodes=episodes, overwrite=overwrite, tell=tell)
+        result = evaluate_submission(
+            loaded,
+            loaded_suite,
+            out,
+            episodes=episodes,
+            overwrite=overwrite,
+            engine=engine,
+            workers=workers,
+            in_process=in_process,
+            tell=tell,
+        )
     _print_result(result, out, as_json)
+
+
+def tell_isolation(in_process: bool) -> None:
+    """Say on stderr if the submission will not be shut away."""
+    from adc_bench.evaluate.sandbox import sandbox_fault
+
+    fault = "--in-process" if in_process else sandbox_fault()
+    if fault:
+        typer.echo(f"note: the submission is not in a sandbox ({fault}); no leaderboard takes the result", err=True)
 
 
 def rescore(

@@ -18,6 +18,7 @@ from adc_bench.cli.evaluate_submission import submission as evaluate_submission
 from adc_bench.cli.leaderboard import app as leaderboard
 from adc_bench.cli.render import render
 from adc_bench.cli.train_detector import train_detector
+from adc_bench.cli.validate import validate
 from adc_bench.errors import AdcBenchError, MachineError
 
 app = typer.Typer(
@@ -59,6 +60,7 @@ app.command("train-detector")(train_detector)
 app.add_typer(evaluate, name="evaluate")
 evaluate.command("detector")(evaluate_detector)
 evaluate.command("submission")(evaluate_submission)
+app.command()(validate)
 app.command()(rescore)
 app.add_typer(leaderboard, name="leaderboard")
 
