@@ -21,6 +21,7 @@ check: setup
 
 test: check
 	@sh scripts/system_packages.sh browser
+	@sh scripts/system_packages.sh compiler
 	$(BIN)/pytest
 
 proofs: setup

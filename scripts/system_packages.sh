@@ -1,10 +1,11 @@
 #!/bin/sh
 # system_packages.sh missing PYTHON      prints the system packages that this machine lacks
 # system_packages.sh browser             installs Debian's chromium for the tests of the pages, where that can be done
+# system_packages.sh compiler            installs g++ for the tests of the C++ example, where that can be done
 # system_packages.sh install PACKAGE...  installs them (as root)
 #
 # The reference renderer is Mesa's software Vulkan driver, which SAPIEN can use from Mesa 24.3 on.
-# Debian 12's own is older; its backports have a newer one.
+# Debian 12's own is older; its backports have a newer one. Bubblewrap is the sandbox that submissions run in.
 set -eu
 mesa_wanted=24.3
 
@@ -16,7 +17,7 @@ missing() {
   "$1" -c 'import ensurepip, venv' 2>/dev/null || echo "$(basename "$(readlink -f "$(command -v "$1")")")-venv"
   command -v dpkg-query >/dev/null || return 0  # another system's packages: adc-bench doctor tells what does not work
   is_new_enough "$(dpkg-query -W -f '${Version}' mesa-vulkan-drivers 2>/dev/null)" || echo mesa-vulkan-drivers
-  for package in libvulkan1 libx11-6 libstdc++6; do
+  for package in libvulkan1 libx11-6 libstdc++6 bubblewrap; do
     is_installed "$package" || echo "$package"
   done
 }
@@ -83,6 +84,15 @@ browser() {  # the tests that want it are skipped without it, so that it is no r
     echo "no chromium: tests of pages will be skipped"
   else
     install chromium || echo "chromium cannot be installed: tests of pages will be skipped"
+  fi
+}
+
+compiler() {
+  command -v g++ >/dev/null && return 0
+  if [ "$(id -u)" != 0 ]; then
+    echo "no g++: tests of the C++ example will be skipped (as root: sh scripts/system_packages.sh install g++)"
+  else
+    install g++ || echo "g++ cannot be installed: tests of the C++ example will be skipped"
   fi
 }
 

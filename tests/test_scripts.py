@@ -92,3 +92,23 @@ def test_the_browser_is_installed_where_it_can_be(tmp_path: Path, uid: int, apt_
     command = ["sh", str(SCRIPTS / "system_packages.sh"), "browser"]
     done = subprocess.run(command, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False)
     assert done.returncode == 0 and done.stderr == "" and told in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("uid", "apt_exits", "told"),
+    [
+        (0, 0, "apt-get install -q -y --no-install-recommends g++\n"),
+        (0, 100, "g++ cannot be installed: tests of the C++ example will be skipped\n"),
+        (1000, 0, "no g++: tests of the C++ example will be skipped (as root: "),
+    ],
+)
+def test_the_compiler_is_installed_where_it_can_be(tmp_path: Path, uid: int, apt_exits: int, told: str) -> None:
+    for name in ("sh", "grep"):
+        (tmp_path / name).symlink_to(str(shutil.which(name)))
+    fakes = {"id": f"echo {uid}", "apt-get": f'echo "apt-get $*"\nexit {apt_exits}'}
+    for name, body in fakes.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{body}\n")
+        (tmp_path / name).chmod(0o755)
+    command = ["sh", str(SCRIPTS / "system_packages.sh"), "compiler"]
+    done = subprocess.run(command, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and done.stderr == "" and told in done.stdout
