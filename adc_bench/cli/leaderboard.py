@@ -1,4 +1,4 @@
-"""`adc-bench leaderboard`: add a result, check the entries, export the ranking."""
+"""`adc-bench leaderboard`: add a result, check the entries, export the ranking, write the site."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,21 +14,24 @@ BOARD = Path("leaderboard")
 def add(
     result: Annotated[Path, typer.Argument(metavar="DIR", help="The result folder of an `evaluate submission`.")],
     board: Board = BOARD,
+    unranked: Annotated[
+        bool, typer.Option("--unranked", help="Show it below the others, without a place; it need not be eligible.")
+    ] = False,
 ) -> None:
-    """Add a whole, eligible result as an entry."""
+    """Add a whole result as an entry."""
     from adc_bench import leaderboard
 
-    entry = leaderboard.add(result, board)
-    typer.echo(f"{board / 'entries' / entry.file_name}: driving score {entry.summary['driving_score'].mean:.1f}")
+    entry = leaderboard.add(result, board, unranked=unranked)
+    typer.echo(f"{board / 'entries' / entry.name}.json: {entry.result.summary['points'].mean:.1f} points")
 
 
 @app.command()
 def check(board: Board = BOARD) -> None:
-    """Check every entry, the schema and the table."""
+    """Check every entry and trace, the table, the ranking's JSON and its schema."""
     from adc_bench import leaderboard
 
-    ranked = leaderboard.check(board)
-    typer.echo(f"{board}: {sum(map(len, ranked.suites.values()))} entries, all sound")
+    leaderboard.check(board)
+    typer.echo(f"{board}: {len(leaderboard.entries_in(board))} entries, all sound")
 
 
 @app.command()
@@ -36,11 +39,24 @@ def export(
     out: Annotated[Path, typer.Option(help="The file to write, JSON.")],
     board: Board = BOARD,
 ) -> None:
-    """Write the ranking as JSON; its schema is schema.json in the leaderboard's folder."""
+    """Write the ranking as JSON, as it stands in the leaderboard's folder beside its schema, schema.json."""
     from adc_bench import leaderboard
     from adc_bench.dataset.layout import write_file
     from adc_bench.evaluate.results import to_json
 
-    ranked = leaderboard.ranking(leaderboard.entries_in(board))
+    entries = leaderboard.entries_in(board)
+    ranked = leaderboard.ranking(entries)
     write_file(out, to_json(ranked))
-    typer.echo(f"{out}: {sum(map(len, ranked.suites.values()))} entries on {', '.join(ranked.suites) or 'no suite'}")
+    typer.echo(f"{out}: {len(entries)} entries on {', '.join(ranked.suites) or 'no suite'}")
+
+
+@app.command()
+def site(
+    out: Annotated[Path, typer.Option(help="The folder to write: new, empty, or an older site.")],
+    board: Board = BOARD,
+) -> None:
+    """Write the leaderboard as a static site: open index.html, or put the folder on any web server."""
+    from adc_bench import leaderboard
+
+    pages = leaderboard.write_site(board, out)
+    typer.echo(f"{out / 'index.html'}: {pages} pages")

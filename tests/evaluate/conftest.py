@@ -1,12 +1,14 @@
-"""Submissions made of `agents.py`, a renderer for the whole room, and a short suite."""
+"""Submissions made of `agents.py`, a renderer for the whole room, a short suite, and a made leaderboard."""
 
 import shutil
 from pathlib import Path
 
 import msgspec
 import pytest
+from made_board import make_poor_result, make_result
 from made_runs import MakeSubmission
 
+from adc_bench import leaderboard
 from adc_bench.evaluate.limits import Limits
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.submission import Submission, load_submission
@@ -51,3 +53,20 @@ def hurried() -> Rules:
 @pytest.fixture(scope="session")
 def short_suite() -> Suite:
     return msgspec.structs.replace(load_suite("dev"), start_delay_s=(0.3, 0.3), time_limit_s=1.0, seeds=(1, 2))
+
+
+@pytest.fixture(scope="session")
+def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Result folders on d1 by name: `quick`, `slow`, and `poor`, which hits a cone once and breaks once."""
+    root = tmp_path_factory.mktemp("results")
+    made = {name: make_result(root / name, name, half_laps) for name, half_laps in (("slow", 1), ("quick", 2))}
+    return made | {"poor": make_poor_result(root / "poor", "poor")}
+
+
+@pytest.fixture(scope="session")
+def whole_board(tmp_path_factory: pytest.TempPathFactory, results: dict[str, Path]) -> Path:
+    """A leaderboard of those results; to be changed in a copy only."""
+    root = tmp_path_factory.mktemp("boards") / "board"
+    for folder in results.values():
+        leaderboard.add(folder, root)
+    return root

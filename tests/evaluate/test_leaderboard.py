@@ -6,42 +6,15 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from made_runs import along_lap, header_of, log_of
 
 from adc_bench import leaderboard
 from adc_bench.cli.main import main
 from adc_bench.errors import InputError
-from adc_bench.evaluate.log import write_log
-from adc_bench.evaluate.results import episode_timing, timing_of, to_json
-from adc_bench.evaluate.run import rescore
-from adc_bench.evaluate.suite import load_suite
+from adc_bench.evaluate.rules import RULES
+from adc_bench.evaluate.statistics import Statistic, compare
+from adc_bench.leaderboard.ranking import places
 
 ROOT = Path(__file__).parents[2]
-
-
-def make_result(folder: Path, name: str, speed_mps: float) -> Path:
-    for seed in load_suite("d1").seeds:
-        header = header_of(seed=seed, name=name)
-        log = log_of(header, along_lap(header, speed_mps))
-        write_log(folder / "episodes" / f"{header.scenario}.jsonl", log.header, log.rows, log.ending)
-    timing = timing_of({"d1-7001": episode_timing(10.0, 80.0, [0.01])}, 0.0, 0.05)
-    (folder / "timing.json").write_bytes(to_json(timing))
-    rescore(folder)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    root = tmp_path_factory.mktemp("results")
-    return {name: make_result(root / name, name, speed) for name, speed in (("slow", 2.5), ("quick", 3.0))}
-
-
-@pytest.fixture(scope="module")
-def whole_board(tmp_path_factory: pytest.TempPathFactory, results: dict[str, Path]) -> Path:
-    root = tmp_path_factory.mktemp("boards") / "board"
-    for folder in results.values():
-        leaderboard.add(folder, root)
-    return root
 
 
 @pytest.fixture
@@ -49,28 +22,83 @@ def board(tmp_path: Path, whole_board: Path) -> Path:
     return Path(shutil.copytree(whole_board, tmp_path / "board"))
 
 
-def test_entries_are_ranked_by_score_then_by_time(board: Path) -> None:
-    ranked = leaderboard.check(board)
-    assert [place.entry.submission.name for place in ranked.suites["d1"]] == ["quick", "slow"]
-    assert sorted(path.name for path in (board / "entries").iterdir()) == ["quick-d1.json", "slow-d1.json"]
+def files_of(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def statistic(mean: float, low: float, high: float) -> Statistic:
+    return Statistic(mean=mean, sd=1.0, median=mean, ci95=(low, high), n=5, unit="", higher_is_better=True)
+
+
+def test_entries_are_ranked_by_points(board: Path) -> None:
+    ranked = leaderboard.check(board).suites["d1"]
+    assert [(s.rank, s.submission.name) for s in ranked.standings] == [(1, "quick"), (2, "slow"), (3, "poor")]
+    assert sorted(path.name for path in (board / "entries").iterdir()) == [
+        "poor-d1.json",
+        "quick-d1.json",
+        "slow-d1.json",
+    ]
     table = (board / "README.md").read_text()
-    assert table.index("| 1 | quick |") < table.index("| 2 | slow |")
+    assert table.index("| 1 | quick |") < table.index("| 2 | slow |") < table.index("| 3 | poor |")
 
 
-def test_adding_again_changes_nothing(board: Path, results: dict[str, Path]) -> None:
-    before = {path: path.read_bytes() for path in board.rglob("*") if path.is_file()}
+@pytest.mark.parametrize(
+    ("figures", "expected"),
+    [
+        ([], []),
+        ([(9, 8, 10), (7, 6, 7.5), (5, 4, 5.5)], [1, 2, 3]),
+        ([(9, 8, 10), (7, 6, 8.5), (5, 4, 5.5)], [1, 1, 3]),
+        ([(9, 8, 10), (7, 6, 8), (5, 4, 6.5)], [1, 1, 3]),  # the third overlaps the second, but not the first
+        ([(5, 5, 5), (5, 5, 5), (4, 4, 4), (4, 4, 4)], [1, 1, 3, 3]),
+    ],
+)
+def test_overlapping_intervals_share_a_place(figures: list[tuple[float, float, float]], expected: list[int]) -> None:
+    assert places([statistic(*figure) for figure in figures]) == expected
+
+
+def test_pairs_compare_the_points_seed_by_seed(board: Path) -> None:
+    pairs = leaderboard.check(board).suites["d1"].pairs
+    assert [(pair.first, pair.second) for pair in pairs] == [("quick", "slow"), ("quick", "poor"), ("slow", "poor")]
+    points = {
+        entry.result.submission.name: {episode.seed: episode.points for episode in entry.result.episodes}
+        for entry in leaderboard.entries_in(board)
+    }
+    assert all(pair.points == compare(points[pair.first], points[pair.second]) for pair in pairs)
+    assert pairs[0].points.mean_difference > 0.0
+
+
+def test_a_failed_run_counts_with_no_points(board: Path) -> None:
+    poor = leaderboard.check(board).suites["d1"].standings[-1]
+    assert (poor.runs, poor.failed, poor.summary["points"].n) == (10, 1, 10)
+    entry = next(entry for entry in leaderboard.entries_in(board) if entry.name == "poor-d1")
+    broken = entry.result.episodes[2]
+    assert (broken.status, broken.points, broken.driving_score) == ("agent-failed", 0.0, 0.0)
+    assert broken.completion > 0.05
+
+
+def test_the_verdict_on_the_covariances_stands_beside_the_figures(board: Path) -> None:
+    verdicts = [standing.nees for standing in leaderboard.check(board).suites["d1"].standings]
+    assert all(nees is not None and nees.n == 10 and nees.low < 3.0 < nees.high for nees in verdicts)
+
+
+def test_neither_order_nor_adding_again_matters(board: Path, results: dict[str, Path]) -> None:
+    before = files_of(board)
     leaderboard.add(results["slow"], board)
-    assert {path: path.read_bytes() for path in board.rglob("*") if path.is_file()} == before
+    assert files_of(board) == before
+    (board / "entries" / "quick-d1.json").unlink()
+    leaderboard.add(results["quick"], board)
+    assert files_of(board) == before
 
 
-def test_the_export_is_of_the_published_schema(board: Path, tmp_path: Path) -> None:
+def test_the_export_is_the_committed_one_and_of_the_published_schema(board: Path, tmp_path: Path) -> None:
     out = tmp_path / "leaderboard.json"
     with pytest.raises(SystemExit) as done:
         main(["leaderboard", "export", "--out", str(out), "--leaderboard", str(board)])
     assert done.value.code == 0
+    assert out.read_bytes() == (board / "leaderboard.json").read_bytes()
     schema, data = json.loads((board / "schema.json").read_text()), json.loads(out.read_text())
     jsonschema.validate(data, schema)
-    data["suites"]["d1"][0]["entry"]["runs"] = "five"
+    data["suites"]["d1"]["standings"][0]["runs"] = "five"
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(data, schema)
 
@@ -91,11 +119,13 @@ def spoil(folder: Path, tmp_path: Path, name: str, old: str, new: str) -> Path:
 @pytest.mark.parametrize(
     ("name", "old", "new", "found"),
     [
-        ("result.json", '"eligible": true', '"eligible": false', "a result that is not eligible (5 of 5 runs)"),
+        ("result.json", '"eligible": true', '"eligible": false', "a result that is not eligible (10 of 10 runs)"),
         ("result.json", '"line_touches": 0', '"line_touches": 1', "figures that the logs do not give"),
-        ("result.json", '"planned": 5', '"planned": "5"', "Expected `int`, got `str` - at `$.planned`"),
-        ("result.json", '"sha256": "', '"sha256": "f', "rules adc-bench-1 f"),
+        ("result.json", '"planned": 10', '"planned": "10"', "Expected `int`, got `str` - at `$.planned`"),
+        ("result.json", '"sha256": "', '"sha256": "f', f"rules {RULES.id} f"),
         ("timing.json", '"isolation"', '"insulation"', "Object contains unknown field `insulation`"),
+        ("timing.json", '"bubblewrap"', '"none"', "isolation none"),
+        ("timing.json", '"within"', '"exceeded"', "steps of 0.010 s (95th percentile)"),
     ],
 )
 def test_what_cannot_be_added(
@@ -115,13 +145,33 @@ def test_a_folder_without_timing_cannot_be_added(results: dict[str, Path], tmp_p
         leaderboard.add(copy, tmp_path / "board")
 
 
+def test_a_missing_run_cannot_be_added_at_all(results: dict[str, Path], tmp_path: Path) -> None:
+    copy = spoil(results["quick"], tmp_path, "result.json", '"completed": 10', '"completed": 9')
+    with pytest.raises(InputError, match=r"not eligible \(9 of 10 runs\)"):
+        leaderboard.add(copy, tmp_path / "board", unranked=True)
+
+
+def test_an_unranked_entry_stands_below_without_a_place(board: Path, results: dict[str, Path], tmp_path: Path) -> None:
+    """It needs no walls and no speed, and does not move the others."""
+    copy = spoil(results["quick"], tmp_path, "timing.json", '"bubblewrap"', '"none"')
+    leaderboard.add(copy, board, unranked=True)
+    ranked = leaderboard.check(board).suites["d1"].standings
+    assert [(s.rank, s.submission.name) for s in ranked] == [(1, "slow"), (2, "poor"), (None, "quick")]
+    assert "| - | quick |" in (board / "README.md").read_text()
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new", "found"),
     [
         ("entries/quick-d1.json", '"name": "quick"', '"name": "other"', "a misnamed entry"),
         ("entries/quick-d1.json", '"mean": ', '"average": ', "Object contains unknown field `average`"),
-        ("entries/quick-d1.json", '"id": "adc-bench-1"', '"id": "adc-bench-0"', "rules adc-bench-0"),
+        ("entries/quick-d1.json", f'"id": "{RULES.id}"', '"id": "adc-bench-0"', "rules adc-bench-0"),
+        ("entries/quick-d1.json", '"seed": 7002', '"seed": 7001', "other runs than the suite's"),
+        ("entries/quick-d1.json", '"points": ', '"points": 9', "a summary that its runs do not give"),
+        ("entries/quick-d1.json", '"mean": ', '"mean": 9', "a summary that its runs do not give"),
+        ("traces/quick-d1.jsonl", '"x_mm":[-650', '"x_mm":[-651', "other traces than those of the entry"),
         ("README.md", "| 1 | quick |", "| 1 | slow |", "another text"),
+        ("leaderboard.json", '"rank": 1', '"rank": 2', "another text"),
         ("schema.json", "Leaderboard", "Board", "another text"),
     ],
 )
@@ -129,6 +179,12 @@ def test_what_check_finds(board: Path, tmp_path: Path, name: str, old: str, new:
     with pytest.raises(InputError) as caught:
         leaderboard.check(spoil(board, tmp_path, name, old, new))
     assert caught.value.found.startswith(found)
+
+
+def test_check_misses_missing_traces(board: Path) -> None:
+    (board / "traces" / "quick-d1.jsonl").unlink()
+    with pytest.raises(InputError, match="no such file"):
+        leaderboard.check(board)
 
 
 def test_a_missing_leaderboard_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,165 @@
+"""A leaderboard's folder: results added, everything in it checked.
+
+entries/<submission>-<suite>.json  traces/<submission>-<suite>.jsonl, and made of them README.md  leaderboard.json
+schema.json
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from adc_bench.dataset.layout import write_file
+from adc_bench.errors import InputError
+from adc_bench.evaluate.folder import ResultFolder
+from adc_bench.evaluate.results import Result, Timing, summary_of, to_json
+from adc_bench.evaluate.run import result_in
+from adc_bench.evaluate.suite import RulesId, load_suite, rules_id
+from adc_bench.leaderboard.ranking import ranking
+from adc_bench.leaderboard.records import Entry, Leaderboard
+from adc_bench.leaderboard.table import schema, table
+from adc_bench.leaderboard.traces import Trace, read_traces, trace_of, write_traces
+
+Record = TypeVar("Record", bound=msgspec.Struct)
+
+
+def add(folder: Path, board: Path, *, unranked: bool = False) -> Entry:
+    """Add a result folder to the leaderboard, in place of the submission's entry on that suite if there is one.
+
+    `unranked` entries stand below the others, without a place: they need not be eligible, only whole.
+
+    Raises:
+        InputError: the folder holds no whole, eligible result of these rules, the submission was not shut away or
+            slower than it says, or the figures are not what the logs say.
+    """
+    path = folder / "result.json"
+    result, timing = _read(path, Result), _read(folder / "timing.json", Timing)
+    if result.completed < result.planned or not (unranked or result.eligible):
+        found = f"a result that is not eligible ({result.completed} of {result.planned} runs)"
+        wanted = "every run of a ranked suite, without --set"
+        raise _refused(path, found, wanted, "drive the whole suite as shipped")
+    if not unranked:
+        _check_timing(folder / "timing.json", timing)
+    _check_rules(path, result.suite, result.rules)
+    if to_json(result_in(folder)) != to_json(result):
+        found, wanted = "figures that the logs do not give", "those of `adc-bench rescore`"
+        raise _refused(path, found, wanted, f"run `adc-bench rescore {folder}`")
+    return _add(board, result, timing, _traces(folder, result), ranked=not unranked)
+
+
+def _traces(folder: Path, result: Result) -> list[Trace]:
+    logs = ResultFolder(folder).logs([episode.scenario for episode in result.episodes])
+    return [trace_of(log, episode) for log, episode in zip(logs, result.episodes, strict=True)]
+
+
+def _add(board: Path, result: Result, timing: Timing, traces: list[Trace], *, ranked: bool) -> Entry:
+    name = f"{result.submission.name}-{result.suite}"
+    entry = Entry(
+        ranked=ranked,
+        result=result,
+        latency=timing.latency,
+        isolation=timing.isolation,
+        traces_sha256=write_traces(traces_path(board, name), traces),
+    )
+    write_file(board / "entries" / f"{name}.json", to_json(entry))
+    for file, content in _made_of(ranking(entries_in(board))).items():
+        write_file(board / file, content)
+    return entry
+
+
+def _made_of(board: Leaderboard) -> Mapping[str, bytes]:
+    """Return the files that are made of the entries."""
+    return {"README.md": table(board), "leaderboard.json": to_json(board), "schema.json": schema()}
+
+
+def check(board: Path) -> Leaderboard:
+    """Return the ranking after checking every entry, its traces, and the files made of them.
+
+    Raises:
+        InputError: something does not stand as `add` would have written it.
+    """
+    entries = entries_in(board)
+    ranked = ranking(entries)
+    for entry in entries:
+        traces_in(board, entry)
+    for name, wanted in _made_of(ranked).items():
+        path = board / name
+        if not path.is_file() or path.read_bytes() != wanted:
+            raise _refused(path, "another text", "the one that goes with the entries", "add an entry again")
+    return ranked
+
+
+def entries_in(board: Path) -> list[Entry]:
+    """Return the leaderboard's entries, in order of their files' names.
+
+    Raises:
+        InputError: there is no such folder, or an entry is broken, misnamed, incomplete or of other rules.
+    """
+    if not board.is_dir():
+        raise _refused(board, "no such folder", "a leaderboard's folder", "name one with --leaderboard")
+    paths = sorted((board / "entries").glob("*.json"))
+    entries = [_read(path, Entry) for path in paths]
+    for path, entry in zip(paths, entries, strict=True):
+        _check_entry(path, entry)
+    return entries
+
+
+def _check_entry(path: Path, entry: Entry) -> None:
+    result = entry.result
+    if path.stem != entry.name:
+        raise _refused(path, "a misnamed entry", f"{entry.name}.json", "rename the file")
+    _check_rules(path, result.suite, result.rules)
+    seeds = load_suite(result.suite).seeds
+    if tuple(episode.seed for episode in result.episodes) != seeds:
+        raise _refused(path, "other runs than the suite's", f"one run of each of seeds {seeds}", "add the result again")
+    if to_json(summary_of(result.episodes)) != to_json(result.summary):
+        raise _refused(path, "a summary that its runs do not give", "their statistics", "add the result again")
+
+
+def traces_in(board: Path, entry: Entry) -> list[Trace]:
+    """Return the traces of an entry's runs, in order of its runs.
+
+    Raises:
+        InputError: they are missing or changed.
+    """
+    return read_traces(traces_path(board, entry.name), entry.traces_sha256)
+
+
+def traces_path(board: Path, name: str) -> Path:
+    """Return where the traces of an entry are."""
+    return board / "traces" / f"{name}.jsonl"
+
+
+def _read(path: Path, kind: type[Record]) -> Record:
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=kind)
+    except FileNotFoundError:
+        raise _refused(path, "no such file", f"a {path.name}", "name a result folder that is complete") from None
+    except msgspec.DecodeError as error:
+        wanted = f"JSON of the schema of {kind.__name__}"
+        raise _refused(path, str(error), wanted, "write it with adc-bench, not by hand") from None
+
+
+def _check_rules(path: Path, suite: str, rules: RulesId) -> None:
+    """Raise InputError unless the rules are this version's for the shipped suite of that name."""
+    wanted = rules_id(load_suite(suite))
+    if rules != wanted:
+        found = f"rules {rules.id} {rules.sha256[:12]}"
+        raise _refused(path, found, f"rules {wanted.id} {wanted.sha256[:12]} of suite {suite}", "drive the suite again")
+
+
+def _check_timing(path: Path, timing: Timing) -> None:
+    """Raise InputError unless the submission was shut away, and as quick as it says."""
+    latency = timing.latency
+    if timing.isolation != "bubblewrap":
+        found, wanted = f"isolation {timing.isolation}", "a submission shut away from the simulator"
+        raise _refused(path, found, wanted, "install bubblewrap (`adc-bench doctor` tells how), and drive again")
+    if latency.verdict == "exceeded":
+        found = f"steps of {latency.measured_p95_s:.3f} s (95th percentile)"
+        wanted = f"at most {latency.allowed_s:.3f} s"
+        raise _refused(path, found, wanted, "declare a larger latency_s, or drive on an idle machine")
+
+
+def _refused(path: Path, found: str, wanted: str, todo: str) -> InputError:
+    return InputError(where=str(path), found=found, wanted=wanted, todo=todo)

@@ -1,0 +1,70 @@
+"""The files of a leaderboard: entries, and the ranking that is made of them."""
+
+from typing import Literal
+
+import msgspec
+
+from adc_bench.evaluate.results import Latency, Result
+from adc_bench.evaluate.statistics import Comparison, Statistic
+from adc_bench.evaluate.submission import SubmissionId
+from adc_bench.evaluate.suite import RulesId
+from adc_bench.evaluate.trajectory_error import NeesVerdict
+
+
+class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A submission's result on a suite, as it stands in `entries/<submission>-<suite>.json`; what its runs looked like
+    lies in `traces/<submission>-<suite>.jsonl`, whose digest is `traces_sha256`.
+    """
+
+    schema: Literal["adc-bench-entry-2"] = "adc-bench-entry-2"
+    ranked: bool
+    result: Result
+    latency: Latency
+    isolation: str
+    traces_sha256: str
+
+    @property
+    def name(self) -> str:
+        """The name of the entry's files and of its page."""
+        return f"{self.result.submission.name}-{self.result.suite}"
+
+
+class Standing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An entry with its place, from 1; entries outside the competition have none.
+
+    `failed` runs, in which the submission broke as a program, are among the `runs`, with 0 points.
+    """
+
+    rank: int | None
+    submission: SubmissionId
+    software: dict[str, str]
+    runs: int
+    failed: int
+    summary: dict[str, Statistic]
+    nees: NeesVerdict | None  # none if the submission gives no covariances
+    latency: Latency
+    isolation: str
+    result_sha256: str
+
+
+class Pair(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The points of two submissions, by name, seed by seed."""
+
+    first: str
+    second: str
+    points: Comparison
+
+
+class SuiteRanking(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A suite's entries, best first, those outside the competition last; `pairs` compares each with all below it."""
+
+    rules: RulesId
+    standings: tuple[Standing, ...]
+    pairs: tuple[Pair, ...]
+
+
+class Leaderboard(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """`leaderboard.json`: the ranking of each suite."""
+
+    schema: Literal["adc-bench-leaderboard-2"] = "adc-bench-leaderboard-2"
+    suites: dict[str, SuiteRanking]

@@ -1,0 +1,126 @@
+"""The first page: a table for each suite, sortable and filtered, and who differs from whom."""
+
+from collections.abc import Iterable
+from html import escape
+
+from adc_bench.evaluate.statistics import Statistic
+from adc_bench.evaluate.suite import load_suite
+from adc_bench.leaderboard.records import Leaderboard, Pair, Standing, SuiteRanking
+from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
+
+METRICS = (
+    "points",
+    "driving_score",
+    "completion",
+    "lap_time_s",
+    "position_rmse_m",
+    "line_touches",
+    "collisions",
+)
+SIGNIFICANT = 0.05
+
+
+def index_page(board: Leaderboard) -> bytes:
+    """Return the page with every suite's table."""
+    kinds = sorted({s.submission.kind for ranking in board.suites.values() for s in ranking.standings})
+    body = (
+        "<header><h1>adc-bench leaderboard</h1><p>Programs that drive a simulated robot over the figure-eight of the "
+        "Autonomous Driving Competition. A place is earned by the mean points over a suite’s runs; entries whose "
+        '95&nbsp;% intervals overlap share it. All of this as data: <a href="leaderboard.json">leaderboard.json</a> '
+        '(<a href="schema.json">schema</a>).</p></header>'
+        f'<form class="bar" id="filters">{_filter("suite", board.suites)}{_filter("kind", kinds)}'
+        '<output aria-live="polite"></output></form>'
+        f'<main id="content">{"".join(_suite(suite, ranking) for suite, ranking in board.suites.items())}</main>'
+    )
+    return page("adc-bench leaderboard", body, root="", script="board.js")
+
+
+def _filter(name: str, values: Iterable[str]) -> str:
+    options = "".join(f"<option>{escape(value)}</option>" for value in values)
+    return f'<label>{name} <select name="{name}"><option value="">all</option>{options}</select></label>'
+
+
+def _suite(name: str, ranking: SuiteRanking) -> str:
+    suite = load_suite(name)
+    metrics = [metric for metric in METRICS if any(metric in s.summary for s in ranking.standings)]
+    units = {metric: next(s.summary[metric] for s in ranking.standings if metric in s.summary) for metric in metrics}
+    head = _head("place", "ascending") + _head("submission", "ascending")
+    head += "".join(_metric_head(metric, units[metric]) for metric in metrics) + _head("failed runs", "ascending")
+    most = max((s.summary["points"].ci95[1] for s in ranking.standings), default=1.0)
+    rows = "".join(_row(name, standing, metrics, most) for standing in ranking.standings)
+    parking = (f"{suite.parking} parking",) if suite.parking else ()
+    task = ", ".join((*(element.replace("_", " ") for element in suite.elements), *parking)) or "driving alone"
+    told = f"{plural(len(suite.seeds), 'run')} of up to {suite.time_limit_s:g} s: {task}. Rules {ranking.rules.id}"
+    return (
+        f'<section class="suite" id="{escape(name)}" data-suite="{escape(name)}"><h2>{escape(name)}</h2>'
+        f'<p class="told">{escape(told)} <code title="digest of rules and suite">{ranking.rules.sha256[:12]}</code></p>'
+        f'<div class="wide" tabindex="0" role="region" aria-label="Ranking of {escape(name)}"><table class="sortable">'
+        f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{_pairs(ranking.pairs)}</section>"
+    )
+
+
+def _head(text: str, first: str, unit: str = "") -> str:
+    told = f" <small>{escape(unit)}</small>" if unit else ""
+    return f'<th scope="col" data-first="{first}"><button type="button">{escape(text)}{told}</button></th>'
+
+
+def _metric_head(metric: str, figure: Statistic) -> str:
+    return _head(label(metric), "descending" if figure.higher_is_better else "ascending", unit_of(metric, figure))
+
+
+def _row(suite: str, standing: Standing, metrics: list[str], most: float) -> str:
+    name, kind = standing.submission.name, standing.submission.kind
+    place = str(standing.rank) if standing.rank else DASH
+    unranked = "" if standing.rank else ", not ranked"
+    cells = "".join(_cell(metric, standing.summary.get(metric), most) for metric in metrics)
+    return (
+        f'<tr data-kind="{kind}"><td data-value="{standing.rank or ""}" class="place">{place}</td>'
+        f'<th scope="row" data-value="{escape(name)}"><a href="entries/{escape(name)}-{escape(suite)}.html">'
+        f"{escape(name)}</a><small>{kind}{unranked}</small></th>{cells}"
+        f'<td data-value="{standing.failed}">{standing.failed} of {standing.runs}</td></tr>'
+    )
+
+
+def _cell(metric: str, figure: Statistic | None, most: float) -> str:
+    if figure is None:
+        return f'<td data-value="">{DASH}</td>'
+    bar = _whisker(figure, most) if metric == "points" else ""
+    return (
+        f'<td data-value="{figure.mean!r}"><b>{shown(metric, figure, figure.mean)}</b> '
+        f"<small>{interval(metric, figure)}</small>{bar}</td>"
+    )
+
+
+def _whisker(figure: Statistic, most: float) -> str:
+    """Return the mean and its interval as a mark on a line from 0 to the suite's largest."""
+    low, mean, high = (100.0 * value / max(most, 1e-9) for value in (figure.ci95[0], figure.mean, figure.ci95[1]))
+    return (
+        f'<span class="whisker" aria-hidden="true"><i style="left:{low:.2f}%;width:{max(high - low, 0.0):.2f}%"></i>'
+        f'<b style="left:{mean:.2f}%"></b></span>'
+    )
+
+
+def _pairs(pairs: tuple[Pair, ...]) -> str:
+    if not pairs:
+        return ""
+    rows, runs = "".join(_pair(pair) for pair in pairs), pairs[0].points.n
+    least = 2.0 ** (1 - runs)
+    return (
+        "<details><summary>Compared in pairs, seed by seed</summary>"
+        '<div class="wide" tabindex="0" role="region" aria-label="Comparisons in pairs"><table><thead><tr>'
+        '<th scope="col">better</th><th scope="col">worse</th><th scope="col">points apart</th><th scope="col">p</th>'
+        f"</tr></thead><tbody>{rows}</tbody></table></div><p>p is the probability of a mean difference at least so "
+        f"large if neither drives better (sign-flip test over {plural(runs, 'seed')}, two-sided, not corrected for "
+        "many comparisons). "
+        f"With so many seeds it cannot be below {least:.3f}.</p></details>"
+    )
+
+
+def _pair(pair: Pair) -> str:
+    points = pair.points
+    low, high = points.ci95
+    sure = "" if points.p_value <= SIGNIFICANT else ' class="unsure"'
+    return (
+        f"<tr{sure}><td>{escape(pair.first)}</td><td>{escape(pair.second)}</td><td><b>{points.mean_difference:.1f}</b> "
+        f"<small>[{low:.1f}, {high:.1f}]</small></td><td>{points.p_value:.3f}</td></tr>"
+    )

@@ -1,0 +1,63 @@
+"""Result folders of runs made by hand, ready for a leaderboard."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from made_runs import along_lap, header_of, log_of
+
+from adc_bench.evaluate.ending import Ending, Reason
+from adc_bench.evaluate.log import EpisodeLog, Hit, write_log
+from adc_bench.evaluate.results import result_of, to_json
+from adc_bench.evaluate.suite import load_suite
+
+TIMING: dict[str, Any] = {
+    "schema": "adc-bench-timing-1",
+    "isolation": "bubblewrap",
+    "latency": {"declared_s": 0.0, "allowed_s": 0.05, "measured_p95_s": 0.01, "verdict": "within"},
+    "episodes": {},
+}
+SHOUT = 'ValueError: </script><img src="x" onerror="alert(1)">'
+SPEED_MPS = 3.0
+
+
+def make_result(folder: Path, name: str, half_laps: int) -> Path:
+    """Make the result of a submission that drives so many half laps, and in each run a little farther."""
+    return written(folder, [cut(log, 145 * half_laps + k) for k, log in enumerate(logs_of(name))])
+
+
+def make_poor_result(folder: Path, name: str) -> Path:
+    """Make the result of a slow submission that hits a cone in its second run and breaks in its third."""
+    logs = [cut(log, 60) for log in logs_of(name)]
+    rows = list(logs[1].rows)
+    rows[50] = msgspec.structs.replace(
+        rows[50], hits=(Hit(time_s=rows[50].time_s, with_name="cone_3", impulse_ns=1.25),)
+    )
+    logs[1] = msgspec.structs.replace(logs[1], rows=tuple(rows))
+    logs[2] = msgspec.structs.replace(logs[2], ending=Ending(reason=Reason.STEP_RAISED, detail=SHOUT))
+    return written(folder, logs)
+
+
+def logs_of(name: str) -> list[EpisodeLog]:
+    """Return the same drive under each seed of d1."""
+    suite = load_suite("d1")
+    header = msgspec.structs.replace(header_of(suite, name=name), start_step=1)
+    log = log_of(header, along_lap(header, SPEED_MPS))
+    headers = [msgspec.structs.replace(header, seed=seed, scenario=suite.scenario_name(seed)) for seed in suite.seeds]
+    return [msgspec.structs.replace(log, header=header) for header in headers]
+
+
+def cut(log: EpisodeLog, steps: int) -> EpisodeLog:
+    """Return the log as if the time had been up after so many steps."""
+    rows = (*log.rows[:steps], msgspec.structs.replace(log.rows[steps], answer=None))
+    return msgspec.structs.replace(log, rows=rows, ending=Ending(reason=Reason.TIME_LIMIT))
+
+
+def written(folder: Path, logs: Sequence[EpisodeLog]) -> Path:
+    for log in logs:
+        write_log(folder / "episodes" / f"{log.header.scenario}.jsonl", log.header, log.rows, log.ending)
+    (folder / "timing.json").write_text(json.dumps(TIMING))
+    (folder / "result.json").write_bytes(to_json(result_of(logs, len(logs))))
+    return folder
