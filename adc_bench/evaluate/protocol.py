@@ -4,11 +4,12 @@ None can hold the truth: the submission gets the mission and observations, and a
 `docs/submission.md` tells the order in which they pass, `docs/protocol.schema.json` is their JSON Schema.
 """
 
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
 from adc_bench.api import Command, Mission, SeenObject
+from adc_bench.evaluate.schemas import unwrapped
 
 VERSION = 1
 
@@ -102,14 +103,13 @@ def kind_of(message: Message) -> str:
     return str(message.__struct_config__.tag)
 
 
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of all messages; `from_submission` and `to_submission` name those of each direction."""
-    messages, definitions = msgspec.json.schema_components((Order, Reply), ref_template="#/$defs/{name}")
-    told, answered = messages
-    return {
+def schema() -> bytes:
+    """Return the JSON Schema of all messages; `to_submission` and `from_submission` are those of each direction."""
+    (told, answered), definitions = msgspec.json.schema_components((Order, Reply), ref_template="#/$defs/{name}")
+    whole = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "adc-bench agent protocol",
-        "version": VERSION,
+        "title": f"adc-bench agent protocol {VERSION}",
         "$defs": {**definitions, "to_submission": told, "from_submission": answered},
         "anyOf": [{"$ref": "#/$defs/to_submission"}, {"$ref": "#/$defs/from_submission"}],
     }
+    return msgspec.json.format(msgspec.json.encode(unwrapped(whole), order="sorted"), indent=2) + b"\n"
