@@ -2,23 +2,36 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from adc_bench.api import Agent
+from adc_bench.api import Agent, Mission
 from adc_bench.errors import UsageError
 from adc_bench.stack import Driver, StandStill
+from adc_bench.stack.driver import Localizing
 from adc_bench.stack.edge_localizer import EdgeLocalizer
 from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
 from adc_bench.stack.pilots import HeadingPilot, LinePilot, Pilot, TrajectoryPilot
 
 Options = Mapping[str, str]
 
+
+@dataclass(frozen=True, kw_only=True)
+class Layers:
+    """Layers that a driver is lent in place of its own; None where it has its own."""
+
+    detect: Detect | None = None
+    localizer: Callable[[Mission], Localizing[Any]] | None = None
+
+
+OWN_LAYERS = Layers()
+
 REFERENCE_SPEED_MPS, THESIS_SPEED_MPS = 2.2, 1.0
 PILOTS: Mapping[str, Callable[..., Pilot[Any]]] = {"pid": HeadingPilot, "linearisation": TrajectoryPilot}
 
 
-def reference(options: Options) -> Agent:
+def reference(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     """Return the best driver here: the map's paint edges for its place, a rounded line at the robot's limits.
 
     Options: `weights` (a file), `speed_mps` (the greatest speed).
@@ -26,37 +39,44 @@ def reference(options: Options) -> Agent:
     _refuse_unknown(options, known=("weights", "speed_mps"))
     speed_mps = _number(options, "speed_mps", default=REFERENCE_SPEED_MPS)
     return Driver(
-        _detect(options),
-        lambda mission: EdgeLocalizer(mission=mission),
+        layers.detect or _detect(options),
+        layers.localizer or (lambda mission: EdgeLocalizer(mission=mission)),
         lambda mission: LinePilot(mission=mission, speed_mps=speed_mps),
     )
 
 
-def thesis(options: Options) -> Agent:
+def thesis(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     """Return the thesis' driver: detector, lane lines, EKF, and one of its two controllers.
 
     Options: `weights` (a file), `speed_mps`, `controller` (`pid` or `linearisation`).
     """
     _refuse_unknown(options, known=("weights", "speed_mps", "controller"))
     pilot = PILOTS[_choice(options, "controller", tuple(PILOTS))]
-    return _driver(options, pilot, LocalizerParams())
+    return _driver(options, layers, pilot, LocalizerParams())
 
 
-def odometry_only(options: Options) -> Agent:
+def odometry_only(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     """Return the thesis' driver without corrections: it sees the panel, and then drives blind. Options: `weights`,
     `speed_mps`.
     """
     _refuse_unknown(options, known=("weights", "speed_mps"))
-    return _driver(options, HeadingPilot, LocalizerParams(corrections=False))
+    return _driver(options, layers, HeadingPilot, LocalizerParams(corrections=False))
 
 
-def stand_still(options: Options) -> Agent:
-    """Return the agent that never moves; it has no options."""
+def stand_still(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
+    """Return the agent that never moves; it has no options and no layers."""
     _refuse_unknown(options, known=())
+    if layers != OWN_LAYERS:
+        raise UsageError(
+            where="--privileged",
+            found="stand-still, which neither looks nor locates itself",
+            wanted="a driver that has the layer",
+            todo="name another built-in driver",
+        )
     return StandStill()
 
 
-BUILT_IN: Mapping[str, Callable[[Options], Agent]] = {
+BUILT_IN: Mapping[str, Callable[..., Agent]] = {
     "reference": reference,
     "thesis": thesis,
     "odometry-only": odometry_only,
@@ -64,11 +84,11 @@ BUILT_IN: Mapping[str, Callable[[Options], Agent]] = {
 }
 
 
-def _driver(options: Options, pilot: Callable[..., Pilot[Any]], params: LocalizerParams) -> Agent:
-    detect, speed_mps = _detect(options), _number(options, "speed_mps", default=THESIS_SPEED_MPS)
+def _driver(options: Options, layers: Layers, pilot: Callable[..., Pilot[Any]], params: LocalizerParams) -> Agent:
+    detect, speed_mps = layers.detect or _detect(options), _number(options, "speed_mps", default=THESIS_SPEED_MPS)
     return Driver(
         detect,
-        lambda mission: Localizer(mission=mission, detect=detect, params=params),
+        layers.localizer or (lambda mission: Localizer(mission=mission, detect=detect, params=params)),
         lambda mission: pilot(mission=mission, speed_mps=speed_mps),
     )
 

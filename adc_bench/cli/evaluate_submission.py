@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from adc_bench.evaluate.results import Result
 
 Engine = Literal["local", "ray"]
+Privilege = Literal["pose", "detections"]
 SHOWN = ("driving_score", "points", "completion", "lap_time_s", "position_rmse_m", "dead_reckoning_rmse_m")
 AsJson = Annotated[bool, typer.Option("--json", help="Print result.json.")]
 
@@ -29,6 +30,10 @@ def submission(
     in_process: Annotated[
         bool, typer.Option("--in-process", help="Without a process of its own: to look into it, never for the board.")
     ] = False,
+    privileged: Annotated[
+        Privilege | None,
+        typer.Option(help="Lend a built-in driver the truth in place of a layer, in process: never for the board."),
+    ] = None,
     options: Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE handed to the driver.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -39,8 +44,8 @@ def submission(
     from adc_bench.evaluate.suite import load_suite
 
     loaded_suite = load_suite(suite)
-    loaded = load_submission(submission, chosen)
-    tell_isolation(in_process)
+    loaded = load_submission(submission, chosen, privileged)
+    tell_isolation("--privileged" if privileged else "--in-process" if in_process else None)
     with progress_bar("driving", min(episodes or len(loaded_suite.seeds), len(loaded_suite.seeds))) as tell:
         result = evaluate_submission(
             loaded,
@@ -56,11 +61,11 @@ def submission(
     _print_result(result, out, as_json)
 
 
-def tell_isolation(in_process: bool) -> None:
-    """Say on stderr if the submission will not be shut away."""
+def tell_isolation(forgone_by: str | None) -> None:
+    """Say on stderr if the submission will not be shut away, because of an option or of the machine."""
     from adc_bench.evaluate.sandbox import sandbox_fault
 
-    fault = "--in-process" if in_process else sandbox_fault()
+    fault = forgone_by or sandbox_fault()
     if fault:
         typer.echo(f"note: the submission is not in a sandbox ({fault}); no leaderboard takes the result", err=True)
 

@@ -16,9 +16,11 @@ from adc_bench.evaluate.episode import Driven, Plan, drive
 from adc_bench.evaluate.in_process import InProcessAgent
 from adc_bench.evaluate.isolation import AgentProcess
 from adc_bench.evaluate.log import log_bytes
+from adc_bench.evaluate.privileged import PrivilegedAgent
 from adc_bench.evaluate.results import EpisodeTiming, episode_timing
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.sensed import Sensed
+from adc_bench.evaluate.witness import Witness
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.sensors import SensorRig
 
@@ -54,8 +56,10 @@ def drive_task(task: RunTask) -> RunFiles:
     plan = task.plan
     renderer = process_renderer(plan.scenario.rig)
     _check_software(plan.header.run.software, software(renderer.device_name))
-    with agent_side(plan.load, plan.rules, in_process=task.in_process) as agent:
-        driven = drive(plan, renderer, agent)
+    privileged = plan.header.run.submission.privileged
+    witness = Witness(privileged) if privileged else None
+    with agent_side(plan.load, plan.rules, in_process=task.in_process, witness=witness) as agent:
+        driven = drive(plan, renderer, agent, witness)
     return RunFiles(
         scenario=plan.header.scenario,
         log=log_bytes(plan.header, driven.rows, driven.ending),
@@ -66,13 +70,15 @@ def drive_task(task: RunTask) -> RunFiles:
 
 
 def agent_side(
-    load: Load, rules: Rules, *, in_process: bool
+    load: Load, rules: Rules, *, in_process: bool, witness: Witness | None = None
 ) -> AbstractContextManager[InProcessAgent] | AbstractContextManager[AgentProcess]:
-    """Return the submission for one run, to be entered.
+    """Return the submission for one run, to be entered; with a witness a built-in driver that is told some truth.
 
     Raises:
         UsageError: a command cannot run in process.
     """
+    if witness:
+        return InProcessAgent(load, rules.limits, lambda load, folder: PrivilegedAgent(load, witness))
     if not in_process:
         return AgentProcess(load, rules.rig, rules.limits)
     if load.command:

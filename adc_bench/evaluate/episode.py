@@ -19,8 +19,11 @@ from adc_bench.evaluate.referee_watch import Watch
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.sandbox import PACKAGE
 from adc_bench.evaluate.sensed import Sensed
+from adc_bench.evaluate.witness import Truth, Witness
+from adc_bench.geometry import Pose3
 from adc_bench.render import ArenaRenderer
 from adc_bench.sim import Delivery, Simulation
+from adc_bench.world.frame import Label
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 
@@ -51,11 +54,15 @@ class Driven:
 
 @dataclass(frozen=True, kw_only=True)
 class Shot:
-    """What a camera took at a time: the picture's file, and the objects in view if the rig's semantic camera is it."""
+    """What a camera took at a time: the picture's file, and the objects in view if the rig's semantic camera is it.
+
+    `labels` are for a witness alone; without one there are none.
+    """
 
     time_s: float
     picture: bytes
     objects: tuple[SeenObject, ...]
+    labels: tuple[Label, ...]
 
 
 class Trace:
@@ -89,15 +96,17 @@ class Trace:
         )
 
 
-def drive(plan: Plan, renderer: ArenaRenderer, agent: AgentSide) -> Driven:
+def drive(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, witness: Witness | None = None) -> Driven:
     """Drive one run; whatever goes wrong in it ends it and nothing else, and its ending says what.
+
+    A witness hears the truth of every observation before the agent is asked.
 
     Raises:
         AdcBenchError: this machine cannot render.
     """
     trace = Trace(plan)
     try:
-        ending = _ending(plan, renderer, agent, trace)
+        ending = _ending(plan, renderer, agent, trace, witness)
     except AdcBenchError:
         raise
     except AgentFailedError as failure:
@@ -109,9 +118,9 @@ def drive(plan: Plan, renderer: ArenaRenderer, agent: AgentSide) -> Driven:
     return trace.driven(ending)
 
 
-def _ending(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace) -> Ending:
+def _ending(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace, witness: Witness | None) -> Ending:
     renderer.load(plan.scenario)
-    run = _Run(plan, renderer, agent, trace)
+    run = _Run(plan, renderer, agent, trace, witness)
     try:
         agent.wait_loaded()
     except InputError as error:  # it did load before the first run
@@ -126,8 +135,11 @@ class _Run:
     that the submission declares.
     """
 
-    def __init__(self, plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace) -> None:
+    def __init__(
+        self, plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace, witness: Witness | None
+    ) -> None:
         self._plan, self._renderer, self._agent, self._trace = plan, renderer, agent, trace
+        self._witness = witness
         period_s = plan.rules.control_period_s
         self._simulation = Simulation(plan.scenario, plan.header.start_pose, period_s, dynamics=plan.rules.dynamics)
         self._referee = Referee(course=plan.scenario.course, rules=plan.rules, header=plan.header)
@@ -193,6 +205,9 @@ class _Run:
             laser=readings.laser,
             objects=tuple(seen for shot in taken.values() for seen in shot.objects),
         )
+        if self._witness:
+            labels = {name: shot.labels for name, shot in taken.items()}
+            self._witness.hear(Truth(step=step, pose=state.pose_world_robot, labels=labels))
         return row, sensed
 
     def _take_pictures(self, step: int, time_s: float, motion: Motion) -> None:
@@ -202,10 +217,18 @@ class _Run:
         if due:
             self._renderer.place(self._simulation.body_poses(), self._simulation.torn_tapes())
         for name in due:
-            picture = self._renderer.picture(name, pose, time_s=time_s, motion=motion)
+            picture, labels = self._picture(name, pose, time_s, motion)
             names_objects = rig.semantic is not None and rig.semantic.camera == name
             objects = self._renderer.objects_in_view(name, pose) if names_objects else ()
-            self._shots[name].put(time_s, Shot(time_s=time_s, picture=picture, objects=objects))
+            self._shots[name].put(time_s, Shot(time_s=time_s, picture=picture, objects=objects, labels=labels))
+
+    def _picture(self, name: str, pose: Pose3, time_s: float, motion: Motion) -> tuple[bytes, tuple[Label, ...]]:
+        """Return a camera's picture; for a witness with its labels."""
+        if self._witness is None:
+            return self._renderer.picture(name, pose, time_s=time_s, motion=motion), ()
+        index = self._simulation.step_index
+        frame = self._renderer.drive_frame(index, name, pose, time_s=time_s, motion=motion)
+        return frame.jpeg, frame.labels
 
     def _arrived(self, time_s: float) -> dict[str, Shot]:
         """Return the newest shot of each camera from which one arrived since the last step."""

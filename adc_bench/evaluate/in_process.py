@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
@@ -24,8 +25,8 @@ class InProcessAgent:
     isolation: Isolation = "in-process"
     printed = b""
 
-    def __init__(self, load: Load, limits: Limits) -> None:
-        self._load, self._limits, self._folder = load, limits, Path(load.folder or "/")
+    def __init__(self, load: Load, limits: Limits, make: Callable[[Load, Path], Agent] = load_agent) -> None:
+        self._load, self._limits, self._folder, self._make = load, limits, Path(load.folder or "/"), make
 
     def __enter__(self) -> "InProcessAgent":
         self._threads = cv2.getNumThreads()
@@ -47,7 +48,7 @@ class InProcessAgent:
     def wait_loaded(self) -> None:
         """Make the agent; raise InputError if that fails."""
         try:
-            self._agent: Agent = load_agent(self._load, self._folder)
+            self._agent = self._make(self._load, self._folder)
         except AdcBenchError as error:
             raise InputError(where=error.where, found=error.found, wanted=error.wanted, todo=error.todo) from None
         except Exception as error:

@@ -19,7 +19,7 @@ from adc_bench.evaluate.suite import RulesId
 
 class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`result.json`. `status` is success when all planned runs are there; `eligible` for the leaderboard are
-    whole ranked suites driven as shipped: no options, no run lost to the simulator.
+    whole ranked suites driven as shipped: no options, no layer of truth, no run lost to the simulator.
     """
 
     schema: Literal["adc-bench-result-1"] = "adc-bench-result-1"
@@ -132,12 +132,16 @@ def result_of(logs: Sequence[EpisodeLog], planned: int, rules: Rules = RULES) ->
         submission=run.submission,
         software=run.software,
         status="success" if complete else "aborted",
-        eligible=run.suite.ranked and whole and not lost and not run.submission.options,
+        eligible=run.suite.ranked and whole and not lost and _as_shipped(run.submission),
         planned=planned,
         completed=len(episodes),
         episodes=episodes,
         summary=summary_of(episodes),
     )
+
+
+def _as_shipped(submission: SubmissionId) -> bool:
+    return not submission.options and submission.privileged is None
 
 
 def summary_of(episodes: Sequence[Episode]) -> dict[str, Statistic]:

@@ -16,6 +16,7 @@ from adc_bench.evaluate.results import Result, result_of, timing_of, to_json
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.submission import Submission, require_driver
 from adc_bench.evaluate.suite import Suite, mission_for, rules_for, rules_id, scenario_for, start_step
+from adc_bench.evaluate.witness import Witness
 
 
 def evaluate_submission(
@@ -54,7 +55,9 @@ def evaluate_submission(
     plans = [plan_for(run, seed, submission, rules) for seed in suite.seeds[:episodes]]
     missing = [plan for plan in plans if not folder.has(plan.header)]
     if missing:
-        with agent_side(submission.load, rules, in_process=in_process) as agent:
+        privileged = submission.id.privileged
+        witness = Witness(privileged) if privileged else None
+        with agent_side(submission.load, rules, in_process=in_process, witness=witness) as agent:
             agent.wait_loaded()
     if engine == "local":
         workers = min(workers or default_workers(), max(len(missing), 1))

@@ -1,15 +1,16 @@
 """A submission: what its `submission.toml` says, or a built-in driver, and the digest of all that drives."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 import msgspec
 
-from adc_bench.errors import InputError
+from adc_bench.errors import InputError, UsageError
 from adc_bench.evaluate.agent_side import Load
 from adc_bench.evaluate.submission_files import digest
+from adc_bench.evaluate.witness import Privilege
 from adc_bench.world.records import load_record
 
 Name = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=60)]
@@ -33,7 +34,9 @@ class SubmissionFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 class SubmissionId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Who drove; sha256 covers the submission's files and those its options name."""
+    """Who drove; sha256 covers the submission's files and those its options name. `privileged` names the layer of a
+    built-in driver in whose place it had the truth.
+    """
 
     name: Name
     authors: tuple[str, ...]
@@ -41,6 +44,7 @@ class SubmissionId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     sha256: str
     latency_s: Latency
     options: dict[str, str]
+    privileged: Privilege | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,15 +55,25 @@ class Submission:
     load: Load
 
 
-def load_submission(source: str, options: Mapping[str, str]) -> Submission:
+def load_submission(source: str, options: Mapping[str, str], privileged: Privilege | None = None) -> Submission:
     """Return the submission in a folder, or else the built-in one of that name. Its code is not run here.
 
+    A built-in one may be `privileged`.
+
     Raises:
+        UsageError: a folder's submission cannot be privileged.
         InputError: there is no such submission, or its submission.toml holds something unusable.
     """
     folder, options = Path(source), dict(options)
     if not (folder / "submission.toml").is_file():
-        return _built_in(source, options)
+        return _built_in(source, options, privileged)
+    if privileged:
+        raise UsageError(
+            where=f"--privileged {privileged}",
+            found=f"the submission in {source}",
+            wanted="a built-in driver: the truth is lent to no other",
+            todo="leave --privileged out, or name a built-in driver",
+        )
     path = folder / "submission.toml"
     file = load_record(path, SubmissionFile)
     if (file.entry is None) == (file.command is None):
@@ -80,7 +94,7 @@ def require_driver(submission: Submission) -> None:
         )
 
 
-def _built_in(name: str, options: dict[str, str]) -> Submission:
+def _built_in(name: str, options: dict[str, str], privileged: Privilege | None) -> Submission:
     from adc_bench.reference import BUILT_IN
 
     if name not in BUILT_IN:
@@ -91,7 +105,8 @@ def _built_in(name: str, options: dict[str, str]) -> Submission:
             todo="name a submission's folder or a built-in one",
         )
     file = SubmissionFile(name=name, authors=("adc-bench",), kind="driver", entry="reference:built_in")
-    return _submission(file, PACKAGE, options, is_built_in=True)
+    submission = _submission(file, PACKAGE, options, is_built_in=True)
+    return replace(submission, id=msgspec.structs.replace(submission.id, privileged=privileged))
 
 
 def _submission(file: SubmissionFile, folder: Path, options: dict[str, str], *, is_built_in: bool) -> Submission:
