@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 [ "${PEERS:-yes}" = no ] || sh scripts/peers.sh
 
-for benchmark in renderers qualities switches closed_loop memory render read drive odometry detector; do
+for benchmark in renderers qualities switches closed_loop memory render read drive isolation odometry detector; do
   echo
   echo "## $benchmark"
   echo
