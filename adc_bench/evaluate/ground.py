@@ -41,12 +41,14 @@ class Ground:
 def ground_of(course: Course, layout: Layout, parking: ParkingKind | None) -> Ground:
     """Return the ground of a run.
 
-    Solid edge lines count. Round road-works, and before the two-place bay where that is to be parked in, the road's
-    lines do not count and the floor beside the road is part of it; the bay's own far and side lines count.
+    Solid edge lines count. Round road-works, islands apart, and before the two-place bay where that is to be parked in,
+    the road's lines do not count and the floor beside the road is part of it; the bay's own far and side lines count.
     """
     opened, limits = [], []
     if layout.works:
-        opened.append(works_floor(layout.works).buffer(WORKS_MARGIN_M))
+        islands = shapely.union_all([shapely.Polygon(drop.sample(0.02)[:, :2]) for drop in course.drops])
+        round_works = works_floor(layout.works).buffer(WORKS_MARGIN_M)
+        opened.append(shapely.difference(round_works, islands.buffer(course.spec.edge_line_width_m)))
     if parking == "bay":
         opened.append(bay_apron(course))
         limits.append(bay_limits(course))
