@@ -43,7 +43,7 @@ class EdgeLocalizerParams:
 
     horizon_s: float = 0.5
     least_edges: int = 12
-    least_share: float = 0.3
+    least_share: float = 0.5
     surprise: float = 1.5
     astray_m: float = 0.05
     astray_rad: float = math.radians(2.0)

@@ -42,7 +42,7 @@ class EdgeSearchParams:
     search_px: tuple[float, float] = (5.0, 24.0)
     step_px: float = 0.5
     blur_px: float = 0.8
-    least_fall: float = 0.06
+    least_fall: float = 0.1
     fall_share: float = 0.4
     dark_levels: float = 12.0
 

@@ -14,6 +14,7 @@ from adc_bench.world.course import Course
 Array = NDArray[np.float64]
 
 WIDEST_M = 0.3
+SAME_M = 1e-6  # marks no farther apart than this touch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +54,7 @@ class PaintEdges:
 def paint_edges(course: Course, params: EdgeMapParams | None = None) -> PaintEdges:
     """Return the edges of all paint of a course, in the world; marks that touch are one."""
     p = params or EdgeMapParams()
-    paint = shapely.union_all(course.paint)
+    paint = shapely.union_all(course.paint, grid_size=SAME_M)
     rings = [ring for mark in shapely.get_parts(paint) for ring in _rings(mark)]
     rows = np.concatenate([_sampled(run, p) for ring in rings for run in _smooth_runs(ring, p.corner_rad)])
     points, normals = rows[:, :2], rows[:, 2:]
