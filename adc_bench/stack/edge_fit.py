@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from adc_bench.geometry import wrap_rad
 from adc_bench.stack.birds_eye import BirdsEye
 from adc_bench.stack.edge_search import ExpectedEdges
 from adc_bench.stack.pose_filter import (
@@ -128,7 +129,9 @@ def fit_edges(
     for _ in range(params.rounds):
         residuals = Residuals(values=values, jacobian=jacobian, variances=shared * sd_m**2 / weights)
         fitted = correct(with_bloom, residuals)
-        left = (values - jacobian @ (fitted.mean - with_bloom.mean)) / sd_m
+        moved = fitted.mean - with_bloom.mean
+        moved[YAW] = wrap_rad(float(moved[YAW]))
+        left = (values - jacobian @ moved) / sd_m
         weights = _cauchy(left, params)
     distance, freedoms = squared_distance(with_bloom, residuals)
     return EdgeFit(
