@@ -35,7 +35,7 @@ ENVIRONMENT = {
     "PYTHONDONTWRITEBYTECODE": "1",
     "PYTHONPATH": str(PACKAGE.parent),
 }
-END_S = 0.5  # for a process whose connection has closed to end by itself
+END_S = 5.0  # for a process whose connection has closed to end by itself
 
 
 class Launched:

@@ -100,7 +100,7 @@ class ForkBomb(Hostile):
 
 class EatsMemory(Hostile):
     def strike(self) -> None:
-        self.eaten = [np.ones(2**27, dtype=np.uint8) for _ in range(10_000)]
+        self.eaten = [np.ones(2**25, dtype=np.uint8) for _ in range(10_000)]
 
 
 class EatsMemoryInMany(Hostile):
@@ -109,7 +109,7 @@ class EatsMemoryInMany(Hostile):
     def strike(self) -> None:
         for _ in range(8):
             if os.fork() == 0:
-                self.eaten = np.ones(2**27, dtype=np.uint8)
+                self.eaten = np.ones(2**26, dtype=np.uint8)
                 time.sleep(600)
         time.sleep(600)
 
@@ -147,7 +147,6 @@ class ReadsOtherProcesses(Hostile):
                 print((folder / "environ").read_bytes())
             except OSError as error:
                 print(error)
-        os.kill(os.getppid() or -1, 0)
 
 
 class KillsAll(Hostile):

@@ -1,12 +1,12 @@
 """What becomes of submissions that harm, break rules or break down: each ends in its own way, and harms nothing."""
 
 import os
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 import pytest
+from made_hostile import hostile_submission
 from test_agent_process import MISSION, made_sensed
 
 from adc_bench.evaluate.agent_side import AgentFailedError
@@ -15,19 +15,19 @@ from adc_bench.evaluate.isolation import AgentProcess
 from adc_bench.evaluate.limits import Limits
 from adc_bench.evaluate.rules import RULES
 from adc_bench.evaluate.sandbox import sandbox_fault
-from adc_bench.evaluate.submission import Submission, load_submission
+from adc_bench.evaluate.submission import Submission
 
 LIMITS = Limits(
     load_s=20.0,
     start_s=2.0,
     step_s=1.0,
     total_s=1.5,
-    memory_bytes=768 * 2**20,
+    memory_bytes=384 * 2**20,
     processes=10,
     tmp_bytes=4 * 2**20,
     printed_bytes=10_000,
 )
-PATIENT = msgspec.structs.replace(LIMITS, step_s=10.0, total_s=60.0)
+PATIENT = msgspec.structs.replace(LIMITS, step_s=60.0, total_s=120.0)
 TOO_LATE = (Reason.STEP_TIMEOUT, Reason.TOTAL_TIMEOUT)
 STEPS = 6
 walled = pytest.mark.skipif(bool(sandbox_fault()), reason=f"no sandbox: {sandbox_fault()}")
@@ -36,13 +36,7 @@ walled = pytest.mark.skipif(bool(sandbox_fault()), reason=f"no sandbox: {sandbox
 @pytest.fixture
 def hostile(tmp_path: Path) -> Callable[..., Submission]:
     def make(factory: str, target: Path = Path("/nowhere")) -> Submission:
-        folder = tmp_path / factory.lower()
-        folder.mkdir()
-        shutil.copy(Path(__file__).parent / "hostile.py", folder)
-        (folder / "target.txt").write_text(str(target))
-        text = f'name = "hostile"\nauthors = ["someone"]\nkind = "driver"\nentry = "hostile:{factory}"\n'
-        (folder / "submission.toml").write_text(text)
-        return load_submission(str(folder), {})
+        return hostile_submission(tmp_path / factory.lower(), factory, target)
 
     return make
 
@@ -97,15 +91,14 @@ def test_how_it_ends(hostile: Callable[..., Submission], factory: str, reason: R
     ("factory", "reason", "detail"),
     [
         ("ForkBomb", Reason.STEP_RAISED, "BlockingIOError"),
-        ("EatsMemoryInMany", Reason.MEMORY, "its processes held more than 768 MiB"),
+        ("EatsMemoryInMany", Reason.MEMORY, "its processes held more than 384 MiB"),
         ("FillsTmp", Reason.STEP_RAISED, "No space left on device"),
         ("FillsSharedMemory", Reason.STEP_RAISED, "No space left on device"),
         ("OpensSocket", Reason.STEP_RAISED, "Network is unreachable"),
         ("WritesSystem", Reason.STEP_RAISED, "Read-only file system"),
         ("ChangesItself", Reason.STEP_RAISED, "Read-only file system"),
-        ("BecomesRoot", Reason.STEP_RAISED, "Operation not permitted"),
+        ("BecomesRoot", Reason.STEP_RAISED, "os.setuid(0)"),
         ("KillsAll", Reason.DIED, "killed by SIGKILL"),
-        ("ReadsOtherProcesses", Reason.STEP_RAISED, "Operation not permitted"),
     ],
 )
 def test_how_it_ends_behind_walls(
