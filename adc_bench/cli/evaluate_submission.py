@@ -34,6 +34,9 @@ def submission(
         Privilege | None,
         typer.Option(help="Lend a built-in driver the truth in place of a layer, in process: never for the board."),
     ] = None,
+    salt_file: Annotated[
+        Path | None, typer.Option(help="The secret of a hidden suite; or ADC_BENCH_SALT in the environment.")
+    ] = None,
     options: Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE handed to the driver.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -42,6 +45,7 @@ def submission(
     from adc_bench.evaluate.run import evaluate_submission
     from adc_bench.evaluate.submission import load_submission
     from adc_bench.evaluate.suite import load_suite
+    from adc_bench.world.salt import load_salt
 
     loaded_suite = load_suite(suite)
     loaded = load_submission(submission, chosen, privileged)
@@ -56,6 +60,7 @@ def submission(
             engine=engine,
             workers=workers,
             in_process=in_process,
+            salt=load_salt(salt_file),
             tell=tell,
         )
     _print_result(result, out, as_json)

@@ -116,6 +116,7 @@ METRICS: Mapping[str, Metric] = {
     "line_touches": _metric("", False, _from_driving("line_touches")),
     "off_track_s": _metric("s", False, _from_driving("off_track_s")),
     "signs_obeyed": _metric("", True, _from_driving("signs_obeyed")),
+    "vertical_signs_read": _metric("", True, lambda e: (float(e.signs_read[0]),) if e.signs_read else ()),
 }
 
 

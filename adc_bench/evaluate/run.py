@@ -15,7 +15,7 @@ from adc_bench.evaluate.plot import plot_paths
 from adc_bench.evaluate.results import Result, result_of, timing_of, to_json
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.submission import Submission, require_driver
-from adc_bench.evaluate.suite import Suite, mission_for, rules_for, rules_id, scenario_for, start_step
+from adc_bench.evaluate.suite import Suite, check_salt, mission_for, rules_for, rules_id, scenario_for, start_step
 from adc_bench.evaluate.witness import Witness
 
 
@@ -29,19 +29,23 @@ def evaluate_submission(
     engine: Engine = "local",
     workers: int | None = 1,
     in_process: bool = False,
+    salt: bytes | None = None,
     tell: Callable[[int], None] = lambda done: None,
     rules: Rules = RULES,
 ) -> Result:
     """Drive a suite's first `episodes` runs (all if None) and write the result folder; `tell` hears how many are done.
+    A hidden suite needs its salt.
 
     The bytes are the same for any engine, any number of workers (see `run_tasks`), and `in_process` or not.
 
     Raises:
         UsageError: `in_process` with a submission that is a command.
-        InputError: the submission is no driver or cannot be loaded, or the folder belongs to another run or is damaged.
+        InputError: the submission is no driver or cannot be loaded, the folder belongs to another run or is damaged, or
+            the salt is not the suite's.
         MachineError: this machine, or a node, cannot render; workers died again and again; no cluster.
     """
     require_driver(submission)
+    check_salt(suite, salt)
     rules = rules_for(suite, rules)
     renderer = process_renderer(rules.rig)
     run = RunId(
@@ -52,7 +56,7 @@ def evaluate_submission(
     )
     folder = ResultFolder(out)
     folder.open(run, overwrite=overwrite)
-    plans = [plan_for(run, seed, submission, rules) for seed in suite.seeds[:episodes]]
+    plans = [plan_for(run, seed, submission, rules, salt) for seed in suite.seeds[:episodes]]
     missing = [plan for plan in plans if not folder.has(plan.header)]
     if missing:
         privileged = submission.id.privileged
@@ -74,10 +78,10 @@ def evaluate_submission(
     return _score_into(folder, suite, len(plans), rules)
 
 
-def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES) -> Plan:
-    """Return all that fixes a seed's run."""
+def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES, salt: bytes | None = None) -> Plan:
+    """Return all that fixes a seed's run; a hidden suite needs its salt."""
     rules = rules_for(run.suite, rules)
-    scenario = scenario_for(run.suite, seed, rules)
+    scenario = scenario_for(run.suite, seed, rules, salt)
     options = submission.load.options
     mission = mission_for(run.suite, latency_s=submission.id.latency_s, options=options, rules=rules)
     header = Header(
@@ -86,7 +90,7 @@ def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES
         seed=seed,
         look=scenario.look,
         start_pose=mission.start_pose,
-        start_step=start_step(run.suite, seed, rules),
+        start_step=start_step(run.suite, seed, rules, salt),
         orders=run.suite.trial(seed).orders,
         layout=scenario.layout,
         signs=scenario.signs,

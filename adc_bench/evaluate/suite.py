@@ -18,6 +18,7 @@ from adc_bench.world.parking import ParkingKind
 from adc_bench.world.parking_zones import free_places
 from adc_bench.world.records import find_record, load_record
 from adc_bench.world.robot import ROBOTS, RobotName
+from adc_bench.world.salt import VARIABLE, salt_sha256, salted_seed
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.sensors import SemanticCameraSpec
 from adc_bench.world.setup import draw_layout, set_up
@@ -41,6 +42,7 @@ class Suite(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     course: CourseName = "a"
     semantic_camera: bool = False  # tells the objects in view; never in a ranked suite
     ranked: bool = True  # whether its results may stand on the leaderboard
+    salt_sha256: str | None = None  # digest of the private salt that a hidden suite's arenas are drawn with
 
     @property
     def laps(self) -> int:
@@ -50,6 +52,13 @@ class Suite(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     def trial(self, seed: int) -> Trial:
         """Return the trial of a seed."""
         return self.trials[self.seeds.index(seed) % len(self.trials)]
+
+    def drawn_seed(self, seed: int, salt: bytes | None) -> int:
+        """Return what a run is drawn from: its seed, in a hidden suite mixed with the salt."""
+        if self.salt_sha256 is None:
+            return seed
+        assert salt is not None, "check_salt comes first"
+        return salted_seed(salt, self.name, seed)
 
     def scenario_name(self, seed: int) -> str:
         """Return the name of a seed's run."""
@@ -73,9 +82,26 @@ def load_suite(name_or_path: str) -> Suite:
     suite = load_record(path, Suite)
     for found, wanted in _faults(suite):
         raise InputError(where=str(path), found=found, wanted=wanted, todo="mend that key")
-    for seed in suite.seeds[: len(suite.trials)]:
-        _check_run(suite, seed, str(path))
+    if suite.salt_sha256 is None:
+        for seed in suite.seeds[: len(suite.trials)]:
+            _check_run(suite, seed, str(path))
     return suite
+
+
+def check_salt(suite: Suite, salt: bytes | None) -> None:
+    """Check that a hidden suite is driven with its own salt.
+
+    Raises:
+        InputError: there is no salt, or it is another one.
+    """
+    if suite.salt_sha256 is None or (salt and salt_sha256(salt) == suite.salt_sha256):
+        return
+    raise InputError(
+        where=f"suite {suite.name}",
+        found=f"a salt with the digest {salt_sha256(salt)}" if salt else "no salt",
+        wanted=f"the one with the digest {suite.salt_sha256}: the suite is hidden",
+        todo=f"name its file with --salt-file, or set {VARIABLE}",
+    )
 
 
 def _check_run(suite: Suite, seed: int, where: str) -> None:
@@ -154,25 +180,25 @@ def rules_for(suite: Suite, rules: Rules = RULES) -> Rules:
 def rules_id(suite: Suite, rules: Rules = RULES) -> RulesId:
     """Return the digest of rules and suite together, with what the suite's names stand for."""
     own = rules_for(suite, rules)
-    whole = (own, suite, [_layout(suite, seed, own.course) for seed in suite.seeds[: len(suite.trials)]])
+    whole = (own, suite, [_layout(suite, seed, seed, own.course) for seed in suite.seeds[: len(suite.trials)]])
     return RulesId(id=rules.id, sha256=hashlib.sha256(msgspec.json.encode(whole, order="sorted")).hexdigest())
 
 
-def scenario_for(suite: Suite, seed: int, rules: Rules = RULES) -> Scenario:
+def scenario_for(suite: Suite, seed: int, rules: Rules = RULES, salt: bytes | None = None) -> Scenario:
     """Return the arena of a seed. The suite's light levels take turns: a few seeds show them all, and so do the seeds
     of each trial.
 
     Raises:
         InputError: the suite's layout is unknown or broken, or the arena cannot be.
     """
-    levels, own = suite.looks.light_levels, rules_for(suite, rules)
+    levels, own, drawn = suite.looks.light_levels, rules_for(suite, rules), suite.drawn_seed(seed, salt)
     turn = sum(divmod(suite.seeds.index(seed), len(suite.trials)))
     scenario = set_up(
         name=suite.scenario_name(seed),
-        seed=seed,
-        look=draw_look(suite.looks, stream(seed, "look"), levels[turn % len(levels)]),
+        seed=drawn,
+        look=draw_look(suite.looks, stream(drawn, "look"), levels[turn % len(levels)]),
         panel_sign="stop",
-        layout=_layout(suite, seed, own.course),
+        layout=_layout(suite, seed, drawn, own.course),
         course=own.course,
         arena=own.arena,
         robot=own.robot,
@@ -186,13 +212,13 @@ def _start_pose(suite: Suite, rules: Rules) -> Pose2:
     return Pose2(x_m=suite.start_x_m, y_m=-rules.course.lane_outer_radius_m, yaw_rad=0.0)
 
 
-def _layout(suite: Suite, seed: int, course: CourseSpec) -> Layout:
-    return draw_layout(suite.trial(seed).layout, Course(spec=course), stream(seed, "layout"))
+def _layout(suite: Suite, seed: int, drawn: int, course: CourseSpec) -> Layout:
+    return draw_layout(suite.trial(seed).layout, Course(spec=course), stream(drawn, "layout"))
 
 
-def start_step(suite: Suite, seed: int, rules: Rules = RULES) -> int:
+def start_step(suite: Suite, seed: int, rules: Rules = RULES, salt: bytes | None = None) -> int:
     """Return the control step at which the panels turn from stop to the first order."""
-    delay_s = stream(seed, "start").uniform(*suite.start_delay_s)
+    delay_s = stream(suite.drawn_seed(seed, salt), "start").uniform(*suite.start_delay_s)
     return round(delay_s / rules.control_period_s)
 
 

@@ -20,6 +20,7 @@ from adc_bench.evaluate.score import score
 from adc_bench.evaluate.submission import Submission
 from adc_bench.evaluate.suite import Suite, rules_for, rules_id
 from adc_bench.render import ArenaRenderer
+from adc_bench.world.salt import salt_sha256
 
 
 def driven(submission: Submission, suite: Suite, renderer: ArenaRenderer, rules: Rules) -> Driven:
@@ -185,6 +186,20 @@ def test_a_submission_that_cannot_be_loaded_leaves_no_result(
         evaluate_submission(submission_of("NoStep"), short_suite, tmp_path / "out", rules=hurried)
     assert not list((tmp_path / "out" / "episodes").iterdir())
     assert not (tmp_path / "out" / "result.json").exists()
+
+
+def test_a_hidden_suite_is_driven_with_its_salt_which_nothing_tells(
+    submission_of: MakeSubmission, short_suite: Suite, hurried: Rules, tmp_path: Path
+) -> None:
+    salt, submission, out = b"0123456789abcdef", submission_of("Still"), tmp_path / "out"
+    hidden = msgspec.structs.replace(short_suite, salt_sha256=salt_sha256(salt))
+    with pytest.raises(InputError, match="no salt"):
+        evaluate_submission(submission, hidden, out, rules=hurried)
+    result = evaluate_submission(submission, hidden, out, episodes=1, rules=hurried, salt=salt)
+    assert rescore(out, hurried) == result
+    drawn = str(hidden.drawn_seed(hidden.seeds[0], salt)).encode()
+    written = [path.read_bytes() for path in out.rglob("*") if path.is_file()]
+    assert written and not any(secret in data for data in written for secret in (salt, drawn))
 
 
 def test_one_bad_run_leaves_the_others(

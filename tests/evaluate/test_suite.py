@@ -7,10 +7,20 @@ from adc_bench.dataset.split import load_split
 from adc_bench.errors import InputError
 from adc_bench.evaluate.programme import Trial
 from adc_bench.evaluate.rules import RULES
-from adc_bench.evaluate.suite import Suite, load_suite, mission_for, rules_for, rules_id, scenario_for, start_step
+from adc_bench.evaluate.suite import (
+    Suite,
+    check_salt,
+    load_suite,
+    mission_for,
+    rules_for,
+    rules_id,
+    scenario_for,
+    start_step,
+)
 from adc_bench.world.course import COURSE_SETS
 from adc_bench.world.records import find_record, known_records
 from adc_bench.world.robot import ROBOTS
+from adc_bench.world.salt import salt_sha256
 
 D1 = load_suite("d1")
 RANKED = ("d1", "d2", "d3", "d4", "p1", "p2", "b1", "b2", "v1")
@@ -151,6 +161,30 @@ def test_what_a_layout_file_holds_is_in_the_digest(tmp_path: Path) -> None:
             ).sha256
         )
     assert len(digests) == 2
+
+
+def test_a_hidden_suite_is_drawn_with_its_salt_alone(tmp_path: Path) -> None:
+    salt, other = b"0123456789abcdef", b"fedcba9876543210"
+    text = f'180.0\nsalt_sha256 = "{salt_sha256(salt)}"'
+    hidden, seed = load_suite(changed(tmp_path, "180.0", text)), D1.seeds[0]
+    drawn = [scenario_for(hidden, seed, salt=one) for one in (salt, other)] + [scenario_for(D1, seed)]
+    assert len({scenario.robot_truth for scenario in drawn}) == 3
+    assert {scenario.name for scenario in drawn} == {f"d1-{seed}"}, "its public name"
+    assert scenario_for(hidden, seed, salt=salt) == drawn[0] and drawn[0].seed != seed
+    steps = [start_step(hidden, seed, salt=salt) for seed in D1.seeds]
+    assert steps != [start_step(D1, seed) for seed in D1.seeds]
+    check_salt(D1, None)
+    check_salt(hidden, salt)
+    for wrong, found in ((None, "no salt"), (other, f"a salt with the digest {salt_sha256(other)}")):
+        with pytest.raises(InputError) as caught:
+            check_salt(hidden, wrong)
+        assert caught.value.found == found and salt_sha256(salt) in caught.value.wanted
+        assert "--salt-file" in caught.value.todo
+
+
+def test_the_digest_of_a_hidden_suite_needs_no_salt() -> None:
+    hidden = msgspec.structs.replace(load_suite("d4"), salt_sha256="0" * 64)
+    assert rules_id(hidden) == rules_id(hidden) != rules_id(load_suite("d4"))
 
 
 def test_a_suite_is_a_record() -> None:

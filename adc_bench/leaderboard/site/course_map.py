@@ -1,6 +1,5 @@
 """A run seen from above, as SVG in metres, y upwards: the course, what stands on it, the driven path, the estimates."""
 
-from collections.abc import Sequence
 from functools import lru_cache
 from html import escape
 
@@ -13,7 +12,6 @@ from adc_bench.leaderboard.site.run_data import RunData
 from adc_bench.world.course import Course
 from adc_bench.world.footprints import extents
 from adc_bench.world.robot import RobotParams
-from adc_bench.world.solids import Body, Solid
 
 Array = NDArray[np.float64]
 MARGIN_M = 0.45
@@ -32,12 +30,15 @@ def course_symbol(course: Course) -> str:
 
 def run_map(run: RunData, course: Course) -> str:
     """Return the map of a run; the script moves the two robots in it."""
-    x0, y0, x1, y1 = shapely.union_all(course.paint).buffer(MARGIN_M).bounds
+    things = _things(run)
+    shown = [*course.paint, *(shape for _, shape in things), shapely.MultiPoint(run.truth_m)]
+    x0, y0, x1, y1 = shapely.total_bounds(shown) + (-MARGIN_M, -MARGIN_M, MARGIN_M, MARGIN_M)
+    outlines = "".join(f'<path class="{kind}" d="{_outline(shape)}"/>' for kind, shape in things)
     robots = "".join(f'<g class="robot {name}">{_robot(run.robot)}</g>' for name in ("estimate", "truth"))
     estimate = "" if run.estimate_m is None else f'<polyline class="estimate" points="{_points(run.estimate_m)}"/>'
     return (
         f'<svg class="map" role="img" aria-label="{escape(run.told)}" viewBox="{x0:.2f} {-y1:.2f} {x1 - x0:.2f} '
-        f'{y1 - y0:.2f}"><g transform="scale(1 -1)"><use href="#course"/>{_things(run)}'
+        f'{y1 - y0:.2f}"><g transform="scale(1 -1)"><use href="#course"/>{outlines}'
         f'<polyline class="truth" points="{_points(run.truth_m)}"/>{estimate}{_faults(run)}{robots}</g></svg>'
     )
 
@@ -57,22 +58,18 @@ def _faults(run: RunData) -> str:
     )
 
 
-def _things(run: RunData) -> str:
-    """Return the outlines of what can be met on the course."""
+def _things(run: RunData) -> list[tuple[str, shapely.Geometry]]:
+    """Return the kinds and footprints of what can be met on the course; of a hidden suite that is private."""
+    if run.suite.salt_sha256:
+        return []
     scenario = scenario_for(run.suite, run.seed)
-    things = _footprints(scenario.solids, scenario.bodies)
-    return "".join(f'<path class="{kind}" d="{outline}"/>' for kind, outline in things)
-
-
-def _footprints(solids: Sequence[Solid], bodies: Sequence[Body]) -> list[tuple[str, str]]:
-    standing = [solid for solid in solids if solid.kind in KINDS]
-    found = extents(standing, bodies)
+    found = extents([solid for solid in scenario.solids if solid.kind in KINDS], scenario.bodies)
     parts: dict[tuple[int, str], list[shapely.Polygon]] = {}
     for index, owner in enumerate(found.owner):
         kind = owner.split("_")[0]
         if kind in KINDS:
             parts.setdefault((KINDS.index(kind), owner), []).append(found.footprint(index))
-    return [(KINDS[order], _outline(shapely.union_all(shapes))) for (order, _), shapes in sorted(parts.items())]
+    return [(KINDS[order], shapely.union_all(shapes)) for (order, _), shapes in sorted(parts.items())]
 
 
 @lru_cache(maxsize=64)
@@ -80,8 +77,8 @@ def _outline(shape: shapely.Geometry) -> str:
     """Return a shape's rings as an SVG path: holes are cut out by the even-odd rule."""
     polygons = shapely.get_parts(shape.simplify(TOLERANCE_M))
     rings = [ring for polygon in polygons for ring in (polygon.exterior, *polygon.interiors)]
-    return "".join(f"M{_points(np.asarray(ring.coords)[:-1])}Z" for ring in rings)
+    return "".join(f"M{_points(np.asarray(ring.coords)[:-1], 3)}Z" for ring in rings)
 
 
-def _points(points_m: Array) -> str:
-    return " ".join(f"{x:.3f},{y:.3f}" for x, y in points_m)
+def _points(points_m: Array, decimals: int = 2) -> str:
+    return " ".join(f"{x:.{decimals}f},{y:.{decimals}f}" for x, y in points_m)
