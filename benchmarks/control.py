@@ -27,6 +27,7 @@ from adc_bench.stack.timetable import SpeedLimits
 from adc_bench.world.robot import RobotParams
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "stack"))
+from bellman import least_time_s
 from driven_robot import COURSE, Driven, drive, mission, noisy, simulation, truth
 
 Array = NDArray[np.float64]
@@ -34,7 +35,7 @@ LAP = COURSE.lap
 FINISH_M = 2 * LAP.length_m
 ROBOT = RobotParams()
 NOISE = 0.02, math.radians(0.5)
-FINE_M, CELL_M2PS2 = 0.05, 0.02
+FINE_M = 0.05
 RESERVE = 0.97  # of bends, for what the second order leaves out
 PILOTS: dict[str, Callable[[Any], Pilot[Any]]] = {
     "PID on the heading, 1.0 m/s": lambda task: HeadingPilot(mission=task, speed_mps=1.0),
@@ -113,17 +114,17 @@ def line_gap_m(driven: Driven) -> float:
 
 def print_fastest() -> float:
     """Print the fastest laps by the robot's bare limits; return the flying lap on the middle of the lane."""
-    limits = SpeedLimits.of(ROBOT, steering_share=1.0, grip_share=1.0)
+    limits = SpeedLimits.of(ROBOT, steering_share=1.0)
     timetable = timetable_of(mission(), ROBOT.speed_max_mps)
     to_finish = timetable.line.path_s_m <= FINISH_M
-    run_s = fastest_run_s(cut(timetable.line, to_finish), limits, start_mps=0.0)
+    run_s = least_time_s(cut(timetable.line, to_finish), limits, start_mps=0.0)
     middle_s = LAP.length_m / min(ROBOT.speed_max_mps, limits.rim_speed_mps / (1 + 0.165 / 1.8375))
     print(f"two laps from standstill on the reference's line by dynamic programme: {run_s:.2f} s;", end=" ")
     print(f"its own timetable {np.interp(FINISH_M, timetable.line.path_s_m, timetable.time_s):.2f} s")
     print(f"a flying lap on the middle of the lane, were its bends no jumps: {middle_s:.2f} s")
     for margin_m in (0.05, wheel_room_m()):
         line = shortest_lap(margin_m, limits)
-        lap_s = fastest_run_s(line, limits, start_mps=ROBOT.speed_max_mps)
+        lap_s = least_time_s(line, limits, start_mps=ROBOT.speed_max_mps)
         print(f"a flying lap within {100 * margin_m:.1f} cm of it: {line.length_m:.2f} m, {lap_s:.2f} s")
     return middle_s
 
@@ -138,30 +139,6 @@ def wheel_room_m() -> float:
 def cut(line: ReferenceLine, kept: NDArray[np.bool_]) -> ReferenceLine:
     """Return the line's samples that are kept."""
     return ReferenceLine(**{name: values[kept] for name, values in vars(line).items()})
-
-
-def fastest_run_s(line: ReferenceLine, limits: SpeedLimits, start_mps: float) -> float:
-    """Return the least time along a line from a speed to any, by Bellman's principle on a grid of places and v^2."""
-    count = round(line.length_m / FINE_M)
-    s_m = np.linspace(0.0, line.length_m, count + 1)
-    bend = np.interp(s_m, line.s_m, line.curvature_pm)
-    squares = np.arange(0.0, limits.speed_mps**2 + CELL_M2PS2 / 2, CELL_M2PS2)
-    speeds, step_m = np.sqrt(squares), s_m[1]
-    left_s = np.zeros(len(squares))
-    now, then = squares[:, None], squares[None, :]
-    gain, middle = (then - now) / (2 * step_m), (then + now) / 2
-    with np.errstate(divide="ignore"):
-        step_s = 2 * step_m / (speeds[:, None] + speeds[None, :])
-    for k in range(count - 1, -1, -1):
-        bend_here, sharpening = (bend[k] + bend[k + 1]) / 2, (bend[k + 1] - bend[k]) / step_m
-        allowed = (
-            (np.abs(gain) <= limits.acceleration_mps2 * (1 + 1e-9))
-            & (np.abs(sharpening * middle + bend_here * gain) <= limits.turn_acceleration_radps2)
-            & (np.hypot(bend_here * middle, gain) <= limits.grip_mps2)
-            & (np.sqrt(middle) * (1 + abs(bend_here) * limits.half_separation_m) <= limits.rim_speed_mps)
-        )
-        left_s = np.where(allowed, step_s + left_s[None, :], np.inf).min(axis=1)
-    return float(np.interp(start_mps, speeds, left_s)) if start_mps else float(left_s[0])
 
 
 def shortest_lap(margin_m: float, limits: SpeedLimits) -> ReferenceLine:

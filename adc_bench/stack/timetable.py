@@ -1,14 +1,17 @@
-"""How fast a line is driven: the greatest speeds over arc length within what motors, wheels and grip allow.
+"""The fastest way along a line: speeds over arc length at the limits of motors, wheels and grip.
 
-Every limit is one on v at a place (a, b: half the wheels' separation; k: curvature; c = dk/ds) or on dv/dt there:
-    v <= v_max,  v (1 + |k| b) <= rim,  v |k| <= turn rate,  |k| v^2 <= mu g                         at a place;
-    |dv/dt| <= a_max,  |d omega/dt| = |c v^2 + k dv/dt| <= a_max / b,  (k v^2)^2 + (dv/dt)^2 <= (mu g)^2   between.
-One pass forwards bounds acceleration, one backwards bounds braking.
+With k the curvature, c = dk/ds, h half the wheels' separation and b = v^2, every limit is a bound on b at a place,
+    v <= v_max,  v (1 + |k| h) <= rim,  v |k| <= turn rate,  |k| v^2 <= side,
+or, between two samples g apart (in whose middle v^2 is b + g a), a linear one on b and the acceleration a,
+    |a| <= a_max,  |d omega/dt| = |c (b + g a) + k a| <= alpha_max.
+One pass backwards finds from which speeds the rest of the line can be driven at all, one forwards takes at each place
+the greatest acceleration that stays among them: the reachability analysis of time-optimal path parameterisation.
 """
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +21,10 @@ from adc_bench.world.robot import RobotParams
 
 Array = NDArray[np.float64]
 
+Line = tuple[float, float]
+
 GRAVITY_MPS2 = 9.81
+TINY_PM = 1e-9  # a straight's bend, so that one may divide by it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,9 +35,9 @@ class SpeedLimits:
     rim_speed_mps: float
     half_separation_m: float
     turn_rate_radps: float
+    side_mps2: float
     acceleration_mps2: float
     turn_acceleration_radps2: float
-    grip_mps2: float
 
     @classmethod
     def of(
@@ -42,15 +48,15 @@ class SpeedLimits:
         `steering_share` is what the line may use of the wheels' acceleration for turning: the rest is left to correct
         with. `grip_share` is low because a castor that holds nothing aside carries a fifth of the weight.
         """
-        half_m = robot.wheel_separation_m / 2
+        half_m, grip_mps2 = robot.wheel_separation_m / 2, grip_share * robot.friction * GRAVITY_MPS2
         return cls(
             speed_mps=min(speed_mps, robot.speed_max_mps),
             rim_speed_mps=robot.rim_speed_max_mps,
             half_separation_m=half_m,
             turn_rate_radps=robot.turn_rate_max_radps,
-            acceleration_mps2=robot.acceleration_max_mps2,
+            side_mps2=0.8 * grip_mps2,
+            acceleration_mps2=min(robot.acceleration_max_mps2, 0.6 * grip_mps2),  # 0.8 and 0.6: a point of the circle
             turn_acceleration_radps2=steering_share * robot.acceleration_max_mps2 / half_m,
-            grip_mps2=grip_share * robot.friction * GRAVITY_MPS2,
         )
 
 
@@ -82,50 +88,65 @@ class Timetable:
 
 def fastest(line: ReferenceLine, limits: SpeedLimits, start_mps: float = 0.0, end_mps: float = 0.0) -> Timetable:
     """Return the line's fastest timetable; it starts and ends with the given speeds, or less where it must."""
-    bend, gaps = line.curvature_pm, np.diff(line.s_m)
-    middle_bend, sharpening = (bend[1:] + bend[:-1]) / 2, np.diff(bend) / gaps
-    speeds = _speeds_at_places(np.abs(bend), np.abs(sharpening), limits)
-    speeds[0], speeds[-1] = min(speeds[0], start_mps), min(speeds[-1], end_mps)
-    forwards = _bounded_gain(speeds, gaps, middle_bend, sharpening, limits)
-    backwards = _bounded_gain(forwards[::-1], gaps[::-1], middle_bend[::-1], -sharpening[::-1], limits)
-    return Timetable(line=line, speed_mps=backwards[::-1].copy())
+    gaps = np.diff(line.s_m)
+    stretches = _stretches(line.curvature_pm, gaps, limits)
+    square = np.square(_speeds_at_places(np.abs(line.curvature_pm), limits))
+    square[0], square[-1] = min(square[0], start_mps**2), min(square[-1], end_mps**2)
+    reach = square.tolist()
+    for k in range(len(stretches) - 1, -1, -1):
+        reach[k] = min(reach[k], stretches[k].greatest_square(reach[k + 1]))
+    for k, stretch in enumerate(stretches):
+        reach[k + 1] = stretch.next_square(reach[k], reach[k + 1])
+    return Timetable(line=line, speed_mps=np.sqrt(reach))
 
 
-def _speeds_at_places(bend: Array, sharpening: Array, limits: SpeedLimits) -> Array:
-    """Return the greatest speeds (n,) at samples with these bends (n,) and, between them, changes of bend (n - 1,)."""
-    around = np.maximum(np.append(sharpening, 0.0), np.append(0.0, sharpening))
+def _speeds_at_places(bend: Array, limits: SpeedLimits) -> Array:
+    """Return the greatest speeds (n,) at samples with these bends (n,)."""
     with np.errstate(divide="ignore"):
         speeds: Array = np.minimum.reduce(
             [
                 np.full_like(bend, limits.speed_mps),
                 limits.rim_speed_mps / (1 + bend * limits.half_separation_m),
                 limits.turn_rate_radps / bend,
-                np.sqrt(limits.grip_mps2 / bend),
-                np.sqrt(limits.turn_acceleration_radps2 / around),
+                np.sqrt(limits.side_mps2 / bend),
             ]
         )
     return speeds
 
 
-def _bounded_gain(speeds: Array, gaps: Array, bend: Array, sharpening: Array, limits: SpeedLimits) -> Array:
-    """Return the speeds (n,) lowered where, from first to last, they would grow faster than the limits allow."""
-    squares = np.square(speeds).tolist()
-    for k, (gap_m, k_pm, c_pm2) in enumerate(zip(gaps.tolist(), bend.tolist(), sharpening.tolist(), strict=True)):
-        gain_mps2 = _greatest_gain(squares[k], gap_m, k_pm, c_pm2, limits)
-        squares[k + 1] = min(squares[k + 1], squares[k] + 2 * gain_mps2 * gap_m)
-    bounded: Array = np.sqrt(squares)
-    return bounded
+class _Stretch(NamedTuple):
+    """From one sample to the next: |a| <= most and -turn <= a - per_square b <= turn, b being v^2 at the first."""
+
+    gap_m: float
+    most: float
+    turn: float
+    per_square: float
+
+    def bounds(self, after: float) -> tuple[tuple[Line, ...], tuple[Line, ...]]:
+        """Return what bounds a from below and from above, as (constant, slope in b), where v^2 is to end in
+        [0, after].
+        """
+        slope = -1 / (2 * self.gap_m)
+        below = ((-self.most, 0.0), (-self.turn, self.per_square), (0.0, slope))
+        above = ((self.most, 0.0), (self.turn, self.per_square), (-slope * after, slope))
+        return below, above
+
+    def greatest_square(self, after: float) -> float:
+        """Return the greatest b from which some a ends in [0, after]: below it no lower bound exceeds an upper one."""
+        below, above = self.bounds(after)
+        return min(((r - p) / (q - s) for p, q in below for r, s in above if q > s), default=math.inf)
+
+    def next_square(self, square: float, after: float) -> float:
+        """Return v^2 at the end under the greatest a."""
+        _, above = self.bounds(after)
+        gained = 2 * self.gap_m * min(r + s * square for r, s in above)
+        return min(max(square + gained, 0.0), after)
 
 
-def _greatest_gain(square: float, gap_m: float, bend_pm: float, sharpening_pm2: float, limits: SpeedLimits) -> float:
-    """Return the greatest dv/dt from one sample to the next, from the square of the speed at the first.
-
-    In the middle of the gap that square has grown by dv/dt times the gap.
-    """
-    side_mps2 = bend_pm * (square + limits.acceleration_mps2 * gap_m)
-    gain = min(limits.acceleration_mps2, math.sqrt(max(limits.grip_mps2**2 - side_mps2**2, 0.0)))
-    per_gain = bend_pm + sharpening_pm2 * gap_m
-    if per_gain:
-        turning = math.copysign(sharpening_pm2 * square, sharpening_pm2 * per_gain)
-        gain = min(gain, (limits.turn_acceleration_radps2 - turning) / abs(per_gain))
-    return max(gain, 0.0)
+def _stretches(bend: Array, gaps: Array, limits: SpeedLimits) -> list[_Stretch]:
+    sharpening = np.diff(bend) / gaps
+    per_gain = (bend[1:] + bend[:-1]) / 2 + sharpening * gaps
+    per_gain = np.where(np.abs(per_gain) < TINY_PM, TINY_PM, per_gain)
+    turn = limits.turn_acceleration_radps2 / np.abs(per_gain)
+    most = np.full_like(gaps, limits.acceleration_mps2)
+    return [_Stretch(*row) for row in np.stack([gaps, most, turn, -sharpening / per_gain], axis=1).tolist()]
