@@ -11,12 +11,12 @@ from adc_bench.geometry import Pose2, Pose3
 from adc_bench.sim.bodies import Bodies
 from adc_bench.sim.chassis import ChassisSpec, add_chassis
 from adc_bench.sim.contacts import Contact, ContactLog
-from adc_bench.world.drive import limit, ramp, wheel_speeds_radps
 from adc_bench.sim.laser import Laser
 from adc_bench.sim.rays import Obstacles
 from adc_bench.sim.sensors import Encoders, Imu
 from adc_bench.sim.surfaces import add_floor, add_solid, physics
 from adc_bench.sim.tapes import Tapes
+from adc_bench.world.drive import limit, ramp, wheel_speeds_radps
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 
