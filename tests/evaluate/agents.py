@@ -165,3 +165,10 @@ class Slow(Still):
     def step(self, observation: Observation) -> Command:
         time.sleep(0.08)
         return super().step(observation)
+
+
+class Random(Still):
+    """Never says the same twice."""
+
+    def step(self, observation: Observation) -> Command:
+        return Command(v_mps=float(os.urandom(1)[0]), omega_radps=0.0, pose_world_robot=self.pose)
