@@ -1,13 +1,14 @@
 #!/bin/sh
 # Makes the environments of the readers that tests/proofs/test_outside.py lets read the exports: .peers/evo (GPL),
 # .peers/ultralytics (AGPL) and .peers/webdataset; and .peers/s3, a server that speaks S3 and fsspec's driver for it, for
-# tests/proofs/test_object_store.py. None is a part of adc-bench nor comes near .venv. What is there is left alone. All
-# but evo take torch, OpenCV and the like from .venv, and of their own what tests/proofs/outside lists.
+# tests/proofs/test_object_store.py; and .peers/filterpy (MIT), whose filter tests/proofs/test_outside_filter.py runs.
+# None is a part of adc-bench nor comes near .venv. What is there is left alone. All but evo take torch, OpenCV and the
+# like from .venv, and of their own what tests/proofs/outside lists.
 set -eu
 cd "$(dirname "$0")/.."
 packages='import sysconfig; print(sysconfig.get_path("purelib"))'
 
-for reader in evo ultralytics webdataset s3; do
+for reader in evo ultralytics webdataset s3 filterpy; do
   wanted=tests/proofs/outside/$reader.txt
   cmp -s "$wanted" ".peers/$reader/installed.txt" && continue
   echo "outside: installing $reader into .peers/$reader"
