@@ -17,7 +17,7 @@ from adc_bench.evaluate.results import Result, Timing, summary_of, to_json
 from adc_bench.evaluate.run import result_in
 from adc_bench.evaluate.suite import RulesId, load_suite, rules_id
 from adc_bench.leaderboard.ranking import ranking
-from adc_bench.leaderboard.records import Entry, Leaderboard
+from adc_bench.leaderboard.records import Entry, Leaderboard, entry_name
 from adc_bench.leaderboard.table import schema, table
 from adc_bench.leaderboard.traces import Trace, read_traces, trace_of, write_traces
 
@@ -37,8 +37,8 @@ def add(folder: Path, board: Path, *, unranked: bool = False) -> Entry:
     result, timing = _read(path, Result), _read(folder / "timing.json", Timing)
     if result.completed < result.planned or not (unranked or result.eligible):
         found = f"a result that is not eligible ({result.completed} of {result.planned} runs)"
-        wanted = "every run of a ranked suite, without --set"
-        raise _refused(path, found, wanted, "drive the whole suite as shipped")
+        wanted = "every run of a ranked suite, without --set and --privileged"
+        raise _refused(path, found, wanted, "drive the whole suite as shipped; a whole result can be shown --unranked")
     if not unranked:
         _check_timing(folder / "timing.json", timing)
     _check_rules(path, result.suite, result.rules)
@@ -54,7 +54,7 @@ def _traces(folder: Path, result: Result) -> list[Trace]:
 
 
 def _add(board: Path, result: Result, timing: Timing, traces: list[Trace], *, ranked: bool) -> Entry:
-    name = f"{result.submission.name}-{result.suite}"
+    name = entry_name(result.submission, result.suite)
     entry = Entry(
         ranked=ranked,
         result=result,
@@ -153,8 +153,8 @@ def _check_timing(path: Path, timing: Timing) -> None:
     """Raise InputError unless the submission was shut away, and as quick as it says."""
     latency = timing.latency
     if timing.isolation != "bubblewrap":
-        found, wanted = f"isolation {timing.isolation}", "a submission shut away from the simulator"
-        raise _refused(path, found, wanted, "install bubblewrap (`adc-bench doctor` tells how), and drive again")
+        found, wanted = f"isolation {timing.isolation}", "bubblewrap: a submission shut away from the simulator"
+        raise _refused(path, found, wanted, "drive again without --in-process; `adc-bench doctor` tells of bubblewrap")
     if latency.verdict == "exceeded":
         found = f"steps of {latency.measured_p95_s:.3f} s (95th percentile)"
         wanted = f"at most {latency.allowed_s:.3f} s"

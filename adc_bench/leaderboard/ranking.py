@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from adc_bench.evaluate.results import to_json
 from adc_bench.evaluate.statistics import Statistic, compare
 from adc_bench.evaluate.trajectory_error import NeesVerdict, nees_verdict
-from adc_bench.leaderboard.records import Entry, Leaderboard, Pair, Standing, SuiteRanking
+from adc_bench.leaderboard.records import Entry, Leaderboard, Pair, Standing, SuiteRanking, title
 
 
 def ranking(entries: Sequence[Entry]) -> Leaderboard:
@@ -69,4 +69,5 @@ def _nees(entry: Entry) -> NeesVerdict | None:
 
 def _pair(first: Entry, second: Entry) -> Pair:
     mine, theirs = ({episode.seed: episode.points for episode in e.result.episodes} for e in (first, second))
-    return Pair(first=first.result.submission.name, second=second.result.submission.name, points=compare(mine, theirs))
+    names = (title(entry.result.submission) for entry in (first, second))
+    return Pair(first=next(names), second=next(names), points=compare(mine, theirs))

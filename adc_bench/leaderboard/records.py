@@ -4,6 +4,7 @@ from typing import Literal
 
 import msgspec
 
+from adc_bench.evaluate.agent_side import Isolation
 from adc_bench.evaluate.results import Latency, Result
 from adc_bench.evaluate.statistics import Comparison, Statistic
 from adc_bench.evaluate.submission import SubmissionId
@@ -20,13 +21,24 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     ranked: bool
     result: Result
     latency: Latency
-    isolation: str
+    isolation: Isolation
     traces_sha256: str
 
     @property
     def name(self) -> str:
         """The name of the entry's files and of its page."""
-        return f"{self.result.submission.name}-{self.result.suite}"
+        return entry_name(self.result.submission, self.result.suite)
+
+
+def entry_name(submission: SubmissionId, suite: str) -> str:
+    """Return the name of an entry's files; a driver with a layer of truth is another than the driver alone."""
+    lent = f"+{submission.privileged}" if submission.privileged else ""
+    return f"{submission.name}{lent}-{suite}"
+
+
+def title(submission: SubmissionId) -> str:
+    """Return what a submission is called on the board."""
+    return f"{submission.name} with true {submission.privileged}" if submission.privileged else submission.name
 
 
 class Standing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -43,12 +55,12 @@ class Standing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     summary: dict[str, Statistic]
     nees: NeesVerdict | None  # none if the submission gives no covariances
     latency: Latency
-    isolation: str
+    isolation: Isolation
     result_sha256: str
 
 
 class Pair(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The points of two submissions, by name, seed by seed."""
+    """The points of two submissions, by title, seed by seed."""
 
     first: str
     second: str

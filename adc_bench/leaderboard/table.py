@@ -1,13 +1,13 @@
 """The ranking as a table in Markdown, and the schema of its JSON."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import msgspec
 
 from adc_bench.evaluate.results import to_json
+from adc_bench.evaluate.schemas import unwrapped
 from adc_bench.evaluate.statistics import Statistic
-from adc_bench.leaderboard.records import Leaderboard, Standing, SuiteRanking
+from adc_bench.leaderboard.records import Leaderboard, Standing, SuiteRanking, title
 
 # Heading, metric of the summary, decimals.
 COLUMNS = (
@@ -23,17 +23,7 @@ COLUMNS = (
 
 def schema() -> bytes:
     """Return the JSON Schema of `leaderboard.json`."""
-    return to_json(_unwrapped(msgspec.json.schema(Leaderboard)))
-
-
-def _unwrapped(node: Any) -> Any:
-    """Return a schema with its descriptions on one line: Pythons differ in how they indent docstrings."""
-    if isinstance(node, dict):
-        return {
-            key: " ".join(value.split()) if key == "description" and isinstance(value, str) else _unwrapped(value)
-            for key, value in node.items()
-        }
-    return [_unwrapped(value) for value in node] if isinstance(node, list) else node
+    return to_json(unwrapped(msgspec.json.schema(Leaderboard)))
 
 
 def table(board: Leaderboard) -> bytes:
@@ -62,7 +52,7 @@ def _line(cells: Sequence[str]) -> str:
 
 def _cells(standing: Standing) -> list[str]:
     figures = [_figure(standing.summary.get(metric), decimals) for _, metric, decimals in COLUMNS]
-    return [str(standing.rank or "-"), standing.submission.name, *figures, f"{standing.failed} of {standing.runs}"]
+    return [str(standing.rank or "-"), title(standing.submission), *figures, f"{standing.failed} of {standing.runs}"]
 
 
 def _figure(figure: Statistic | None, decimals: int) -> str:

@@ -40,6 +40,16 @@ def make_poor_result(folder: Path, name: str) -> Path:
     return written(folder, logs)
 
 
+def make_privileged_result(folder: Path, name: str) -> Path:
+    """Make the result of a short drive by a submission that was lent the true pose."""
+    logs = [cut(log, 20) for log in logs_of(name)]
+    run = logs[0].header.run
+    lent = msgspec.structs.replace(run, submission=msgspec.structs.replace(run.submission, privileged="pose"))
+    return written(
+        folder, [msgspec.structs.replace(log, header=msgspec.structs.replace(log.header, run=lent)) for log in logs]
+    )
+
+
 def logs_of(name: str) -> list[EpisodeLog]:
     """Return the same drive under each seed of d1."""
     suite = load_suite("d1")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from made_board import make_privileged_result
 
 from adc_bench import leaderboard
 from adc_bench.cli.main import main
@@ -13,6 +14,7 @@ from adc_bench.errors import InputError
 from adc_bench.evaluate.rules import RULES
 from adc_bench.evaluate.statistics import Statistic, compare
 from adc_bench.leaderboard.ranking import places
+from adc_bench.leaderboard.records import title
 
 ROOT = Path(__file__).parents[2]
 
@@ -125,6 +127,7 @@ def spoil(folder: Path, tmp_path: Path, name: str, old: str, new: str) -> Path:
         ("result.json", '"sha256": "', '"sha256": "f', f"rules {RULES.id} f"),
         ("timing.json", '"isolation"', '"insulation"', "Object contains unknown field `insulation`"),
         ("timing.json", '"bubblewrap"', '"none"', "isolation none"),
+        ("timing.json", '"bubblewrap"', '"in-process"', "isolation in-process"),
         ("timing.json", '"within"', '"exceeded"', "steps of 0.010 s (95th percentile)"),
     ],
 )
@@ -158,6 +161,19 @@ def test_an_unranked_entry_stands_below_without_a_place(board: Path, results: di
     ranked = leaderboard.check(board).suites["d1"].standings
     assert [(s.rank, s.submission.name) for s in ranked] == [(1, "slow"), (2, "poor"), (None, "quick")]
     assert "| - | quick |" in (board / "README.md").read_text()
+
+
+def test_a_driver_with_a_layer_of_truth_is_an_entry_of_its_own(board: Path, tmp_path: Path) -> None:
+    lent = make_privileged_result(tmp_path / "lent", "poor")
+    with pytest.raises(InputError, match="not eligible"):
+        leaderboard.add(lent, board)
+    leaderboard.add(lent, board, unranked=True)
+    names = [title(standing.submission) for standing in leaderboard.check(board).suites["d1"].standings]
+    assert names == ["quick", "slow", "poor", "poor with true pose"]
+    leaderboard.write_site(board, tmp_path / "site")
+    page, other = ((tmp_path / "site" / "entries" / f"{name}-d1.html").read_text() for name in ("poor", "quick"))
+    assert "<h2>Ladder</h2>" in page and '<a href="poor+pose-d1.html">pose</a>' in page
+    assert "Ladder" not in other and (tmp_path / "site" / "entries" / "poor+pose-d1.html").is_file()
 
 
 @pytest.mark.parametrize(

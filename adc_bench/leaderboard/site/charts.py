@@ -15,6 +15,7 @@ from adc_bench.leaderboard.site.run_data import RunData
 Array = NDArray[np.float64]
 SIGMAS = 2.0
 TICKS_MOST = 6
+POINTS_MOST = 400  # of a line: a chart is about as many pixels wide, and three of them stand in each run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,8 +69,9 @@ def _chart(run: RunData, panel: Panel, ticks_s: Array, end_s: float) -> str:
 
 
 def _line(times_s: Array, values: Array) -> str:
-    """Return the points of a line; a drawing's y goes down."""
-    return " ".join(f"{time:g},{-value:.3g}" for time, value in zip(times_s, values, strict=True))
+    """Return the points of a line, in long runs not all of them; a drawing's y goes down."""
+    every = math.ceil(len(times_s) / POINTS_MOST)
+    return " ".join(f"{time:g},{-value:.3g}" for time, value in zip(times_s[::every], values[::every], strict=True))
 
 
 def _band(times_s: Array, half: Array) -> str:

@@ -32,7 +32,7 @@ def run_map(run: RunData, course: Course) -> str:
     """Return the map of a run; the script moves the two robots in it."""
     things = _things(run)
     shown = [*course.paint, *(shape for _, shape in things), shapely.MultiPoint(run.truth_m)]
-    x0, y0, x1, y1 = shapely.total_bounds(shown) + (-MARGIN_M, -MARGIN_M, MARGIN_M, MARGIN_M)
+    x0, y0, x1, y1 = shapely.total_bounds(shown) + MARGIN_M * np.array([-1.0, -1.0, 1.0, 1.0])
     outlines = "".join(f'<path class="{kind}" d="{_outline(shape)}"/>' for kind, shape in things)
     robots = "".join(f'<g class="robot {name}">{_robot(run.robot)}</g>' for name in ("estimate", "truth"))
     estimate = "" if run.estimate_m is None else f'<polyline class="estimate" points="{_points(run.estimate_m)}"/>'

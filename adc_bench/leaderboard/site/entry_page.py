@@ -8,9 +8,10 @@ from html import escape
 from adc_bench.evaluate.results import METRICS
 from adc_bench.evaluate.score import Episode
 from adc_bench.evaluate.statistics import Statistic
-from adc_bench.leaderboard.records import Entry, Standing
+from adc_bench.leaderboard.records import Entry, Standing, SuiteRanking, title
 from adc_bench.leaderboard.site.charts import SIGMAS, charts
 from adc_bench.leaderboard.site.course_map import course_symbol, run_map
+from adc_bench.leaderboard.site.ladder import ladder
 from adc_bench.leaderboard.site.run_data import RunData
 from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
 from adc_bench.world.course import Course
@@ -22,9 +23,11 @@ LEGEND = (
 )
 
 
-def entry_page(entry: Entry, standing: Standing, runs: Sequence[RunData], course: Course) -> bytes:
-    """Return the page of an entry with its runs."""
-    name, suite = entry.result.submission.name, entry.result.suite
+def entry_page(entry: Entry, ranking: SuiteRanking, runs: Sequence[RunData], course: Course) -> bytes:
+    """Return the page of an entry with its runs, and its place in its suite's ranking."""
+    submission, suite = entry.result.submission, entry.result.suite
+    name = title(submission)
+    standing = next(standing for standing in ranking.standings if standing.submission == submission)
     options = "".join(f'<option value="run-{run.episode.scenario}">{escape(_choice(run))}</option>' for run in runs)
     body = (
         f'<header><nav><a href="../index.html#{escape(suite)}">Leaderboard</a></nav>'
@@ -33,7 +36,7 @@ def entry_page(entry: Entry, standing: Standing, runs: Sequence[RunData], course
         f'<section class="replay"><h2 id="replay">Replay</h2><form class="bar script"><label>run <select name="run">'
         f"{options}</select></label></form>{course_symbol(course)}"
         f"{''.join(_run(run, course) for run in runs)}</section>"
-        f"<section><h2>Figures</h2>{_figures(standing)}</section></main>"
+        f"<section><h2>Figures</h2>{_figures(standing)}</section>{ladder(submission, suite, ranking)}</main>"
     )
     return page(f"{name} on {suite}: adc-bench leaderboard", body, root="../", script="replay.js")
 

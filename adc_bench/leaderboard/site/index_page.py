@@ -5,7 +5,7 @@ from html import escape
 
 from adc_bench.evaluate.statistics import Statistic
 from adc_bench.evaluate.suite import load_suite
-from adc_bench.leaderboard.records import Leaderboard, Pair, Standing, SuiteRanking
+from adc_bench.leaderboard.records import Leaderboard, Pair, Standing, SuiteRanking, entry_name, title
 from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
 
 METRICS = (
@@ -69,13 +69,13 @@ def _metric_head(metric: str, figure: Statistic) -> str:
 
 
 def _row(suite: str, standing: Standing, metrics: list[str], most: float) -> str:
-    name, kind = standing.submission.name, standing.submission.kind
+    name, kind = title(standing.submission), standing.submission.kind
     place = str(standing.rank) if standing.rank else DASH
     unranked = "" if standing.rank else ", not ranked"
     cells = "".join(_cell(metric, standing.summary.get(metric), most) for metric in metrics)
     return (
         f'<tr data-kind="{kind}"><td data-value="{standing.rank or ""}" class="place">{place}</td>'
-        f'<th scope="row" data-value="{escape(name)}"><a href="entries/{escape(name)}-{escape(suite)}.html">'
+        f'<th scope="row" data-value="{escape(name)}"><a href="entries/{entry_name(standing.submission, suite)}.html">'
         f"{escape(name)}</a><small>{kind}{unranked}</small></th>{cells}"
         f'<td data-value="{standing.failed}">{standing.failed} of {standing.runs}</td></tr>'
     )

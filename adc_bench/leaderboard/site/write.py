@@ -8,7 +8,7 @@ from adc_bench.errors import InputError
 from adc_bench.evaluate.results import to_json
 from adc_bench.evaluate.suite import load_suite, rules_for
 from adc_bench.leaderboard.board import check, entries_in, traces_in
-from adc_bench.leaderboard.records import Entry, Leaderboard, Standing
+from adc_bench.leaderboard.records import Entry, Leaderboard
 from adc_bench.leaderboard.site.entry_page import entry_page
 from adc_bench.leaderboard.site.index_page import index_page
 from adc_bench.leaderboard.site.run_data import run_data
@@ -59,9 +59,4 @@ def _entry_page(board: Path, ranked: Leaderboard, entry: Entry) -> bytes:
     suite = load_suite(entry.result.suite)
     traces = traces_in(board, entry)
     runs = [run_data(suite, episode, trace) for episode, trace in zip(entry.result.episodes, traces, strict=True)]
-    return entry_page(entry, _standing(ranked, entry), runs, Course(spec=rules_for(suite).course))
-
-
-def _standing(ranked: Leaderboard, entry: Entry) -> Standing:
-    standings = ranked.suites[entry.result.suite].standings
-    return next(standing for standing in standings if standing.submission == entry.result.submission)
+    return entry_page(entry, ranked.suites[entry.result.suite], runs, Course(spec=rules_for(suite).course))
