@@ -12,13 +12,13 @@ from adc_bench.errors import InputError
 from adc_bench.evaluate.ending import Reason
 from adc_bench.evaluate.episode import Driven, drive
 from adc_bench.evaluate.isolation import AgentProcess
-from adc_bench.evaluate.log import EpisodeLog, RunId
+from adc_bench.evaluate.log import EpisodeLog, RunId, read_log
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.run import evaluate_submission, plan_for, rescore, software
 from adc_bench.evaluate.sandbox import sandbox_fault
 from adc_bench.evaluate.score import score
-from adc_bench.evaluate.submission import Submission
-from adc_bench.evaluate.suite import Suite, rules_for, rules_id
+from adc_bench.evaluate.submission import Submission, load_submission
+from adc_bench.evaluate.suite import Suite, load_suite, rules_for, rules_id
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.salt import salt_sha256
 
@@ -186,6 +186,39 @@ def test_a_submission_that_cannot_be_loaded_leaves_no_result(
         evaluate_submission(submission_of("NoStep"), short_suite, tmp_path / "out", rules=hurried)
     assert not list((tmp_path / "out" / "episodes").iterdir())
     assert not (tmp_path / "out" / "result.json").exists()
+
+
+AGENT = """
+from adc_bench.api import Command
+
+class Reports:
+    def start(self, mission):
+        self.pose = mission.start_pose
+    def step(self, observation):
+        sign = "sign_dip" if observation.step == 3 else None
+        return Command(v_mps=0.0, omega_radps=0.0, pose_world_robot=self.pose, sign=sign)
+"""
+
+
+@pytest.mark.parametrize(("name", "order"), [("dev-p1", "park"), ("dev-v1", "up")])
+def test_the_panels_show_the_orders_and_a_sign_reported_is_in_the_log(
+    hurried: Rules, tmp_path: Path, name: str, order: str
+) -> None:
+    folder = tmp_path / "reports"
+    folder.mkdir()
+    (folder / "reports.py").write_text(AGENT)
+    head = 'name = "reports"\nauthors = ["someone"]\nkind = "driver"\n'
+    (folder / "submission.toml").write_text(head + 'entry = "reports:Reports"\n')
+    submission = load_submission(str(folder), {})
+    suite = msgspec.structs.replace(load_suite(name), start_delay_s=(0.2, 0.2), time_limit_s=0.5)
+    result = evaluate_submission(submission, suite, tmp_path / "out", rules=hurried)
+    log = read_log(tmp_path / "out" / "episodes" / f"{result.episodes[0].scenario}.jsonl")
+    assert [row.panel for row in log.rows[:6]] == ["stop"] * 4 + [order] * 2
+    assert [row.answer.sign for row in log.rows if row.answer and row.answer.sign] == ["sign_dip"]
+    assert log.rows[3].answer and log.rows[3].answer.sign
+    (episode,) = result.episodes
+    assert episode.signs_read == (None if name == "dev-p1" else (0, 0))
+    assert [fault.what for fault in episode.faults] == ([] if name == "dev-p1" else ["sign_dip"])
 
 
 def test_a_hidden_suite_is_driven_with_its_salt_which_nothing_tells(

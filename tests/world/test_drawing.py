@@ -10,7 +10,7 @@ import shapely
 from scipy import ndimage
 
 from adc_bench.world.course import COURSE_SETS, Course
-from adc_bench.world.drawing import draw_boxes, draw_loop_tunnel, draw_parked, draw_works
+from adc_bench.world.drawing import draw_boxes, draw_loop_tunnel, draw_parked, draw_works, works_loop
 from adc_bench.world.layout import BoxPlace, Works
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.setup import RANDOM_LAYOUTS, draw_layout
@@ -134,6 +134,18 @@ def test_every_drawn_arena_passes_the_checks(name: str, arena: SetUp) -> None:
         scenario = arena(seed=seed, course=course.spec, layout=layout)
         assert not (layout.signs and layout.works)
         assert len(scenario.signs) == (12 if layout.signs else 0)
+
+
+def test_the_layout_of_d4_leaves_room_to_find_the_works_and_to_park() -> None:
+    course = COURSES["a"]
+    bay = shapely.box(0.35, -3.85, 5.35, -2.225)
+    for seed in range(25):
+        layout = draw_layout("random_d4", course, stream(seed, "layout"))
+        assert layout.works and layout.tunnel and layout.boxes
+        assert works_loop(layout.works) == "east"
+        cones = shapely.MultiPoint([*layout.works.left, *layout.works.right]).convex_hull
+        for box in layout.boxes:
+            assert floor_of(box).distance(cones) > 2.0 and floor_of(box).distance(bay) > 0.5
 
 
 def test_equal_seeds_give_equal_arenas(arena: SetUp) -> None:
