@@ -4,7 +4,7 @@ entries/<submission>-<suite>.json  traces/<submission>-<suite>.jsonl, and made o
 schema.json
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -35,8 +35,9 @@ def add(folder: Path, board: Path, *, unranked: bool = False) -> Entry:
     """
     path = folder / "result.json"
     result, timing = _read(path, Result), _read(folder / "timing.json", Timing)
-    if result.completed < result.planned or not (unranked or result.eligible):
-        found = f"a result that is not eligible ({result.completed} of {result.planned} runs)"
+    wanted_runs = len(load_suite(result.suite).seeds)
+    if result.completed < wanted_runs or not (unranked or result.eligible):
+        found = f"a result that is not eligible ({result.completed} of {wanted_runs} runs)"
         wanted = "every run of a ranked suite, without --set and --privileged"
         raise _refused(path, found, wanted, "drive the whole suite as shipped; a whole result can be shown --unranked")
     if not unranked:
@@ -55,6 +56,7 @@ def _traces(folder: Path, result: Result) -> list[Trace]:
 
 def _add(board: Path, result: Result, timing: Timing, traces: list[Trace], *, ranked: bool) -> Entry:
     name = entry_name(result.submission, result.suite)
+    others = _entries([path for path in _entry_paths(board) if path.stem != name])
     entry = Entry(
         ranked=ranked,
         result=result,
@@ -63,7 +65,7 @@ def _add(board: Path, result: Result, timing: Timing, traces: list[Trace], *, ra
         traces_sha256=write_traces(traces_path(board, name), traces),
     )
     write_file(board / "entries" / f"{name}.json", to_json(entry))
-    for file, content in _made_of(ranking(entries_in(board))).items():
+    for file, content in _made_of(ranking([*others, entry])).items():
         write_file(board / file, content)
     return entry
 
@@ -98,7 +100,14 @@ def entries_in(board: Path) -> list[Entry]:
     """
     if not board.is_dir():
         raise _refused(board, "no such folder", "a leaderboard's folder", "name one with --leaderboard")
-    paths = sorted((board / "entries").glob("*.json"))
+    return _entries(_entry_paths(board))
+
+
+def _entry_paths(board: Path) -> list[Path]:
+    return sorted((board / "entries").glob("*.json"))
+
+
+def _entries(paths: Sequence[Path]) -> list[Entry]:
     entries = [_read(path, Entry) for path in paths]
     for path, entry in zip(paths, entries, strict=True):
         _check_entry(path, entry)
@@ -143,10 +152,11 @@ def _read(path: Path, kind: type[Record]) -> Record:
 
 def _check_rules(path: Path, suite: str, rules: RulesId) -> None:
     """Raise InputError unless the rules are this version's for the shipped suite of that name."""
-    wanted = rules_id(load_suite(suite))
-    if rules != wanted:
+    own = rules_id(load_suite(suite))
+    if rules != own:
         found = f"rules {rules.id} {rules.sha256[:12]}"
-        raise _refused(path, found, f"rules {wanted.id} {wanted.sha256[:12]} of suite {suite}", "drive the suite again")
+        wanted = f"rules {own.id} {own.sha256[:12]} of suite {suite}"
+        raise _refused(path, found, wanted, "drive the suite again; take an older entry out of the leaderboard")
 
 
 def _check_timing(path: Path, timing: Timing) -> None:

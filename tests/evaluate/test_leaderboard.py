@@ -203,6 +203,17 @@ def test_check_misses_missing_traces(board: Path) -> None:
         leaderboard.check(board)
 
 
+def test_an_entry_of_other_rules_stops_others_but_not_its_own_renewal(board: Path, results: dict[str, Path]) -> None:
+    path = board / "entries" / "quick-d1.json"
+    path.write_text(path.read_text().replace(RULES.id, "adc-bench-0"))
+    before = files_of(board)
+    with pytest.raises(InputError, match=r"quick-d1\.json"):
+        leaderboard.add(results["slow"], board)
+    assert files_of(board) == before
+    leaderboard.add(results["quick"], board)
+    leaderboard.check(board)
+
+
 def test_a_missing_leaderboard_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as done:
         main(["leaderboard", "check", "--leaderboard", str(tmp_path / "none")])

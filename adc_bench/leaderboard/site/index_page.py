@@ -13,9 +13,11 @@ METRICS = (
     "driving_score",
     "completion",
     "lap_time_s",
+    "run_time_s",
     "position_rmse_m",
     "line_touches",
     "collisions",
+    "vertical_signs_read",
 )
 SIGNIFICANT = 0.05
 
@@ -42,7 +44,7 @@ def _filter(name: str, values: Iterable[str]) -> str:
 
 def _suite(name: str, ranking: SuiteRanking) -> str:
     suite = load_suite(name)
-    metrics = [metric for metric in METRICS if any(metric in s.summary for s in ranking.standings)]
+    metrics = _metrics(ranking)
     units = {metric: next(s.summary[metric] for s in ranking.standings if metric in s.summary) for metric in metrics}
     head = _head("place", "ascending") + _head("submission", "ascending")
     head += "".join(_metric_head(metric, units[metric]) for metric in metrics) + _head("failed runs", "ascending")
@@ -57,6 +59,12 @@ def _suite(name: str, ranking: SuiteRanking) -> str:
         f'<div class="wide" tabindex="0" role="region" aria-label="Ranking of {escape(name)}"><table class="sortable">'
         f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{_pairs(ranking.pairs)}</section>"
     )
+
+
+def _metrics(ranking: SuiteRanking) -> list[str]:
+    """Return the columns that a suite fills; the time of a run stands only where there are no laps."""
+    filled = [metric for metric in METRICS if any(metric in standing.summary for standing in ranking.standings)]
+    return [metric for metric in filled if metric != "run_time_s" or "lap_time_s" not in filled]
 
 
 def _head(text: str, first: str, unit: str = "") -> str:
