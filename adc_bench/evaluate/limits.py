@@ -6,7 +6,7 @@ import msgspec
 class Limits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Budgets of wall time, and what all processes of a submission may hold together unless another scope is said."""
 
-    load_s: float = 60.0  # from the start of the process to its first message
+    load_s: float = 120.0  # from the start of the process to its first message
     start_s: float = 60.0  # from the mission to the message that it is ready
     step_s: float = 10.0  # from an observation to its command
     total_s: float = 900.0  # all thinking of a run added up; also the processor time of one process
