@@ -125,7 +125,9 @@ def print_fastest() -> float:
     for margin_m in (0.05, wheel_room_m()):
         line = shortest_lap(margin_m, limits)
         lap_s = least_time_s(line, limits, start_mps=ROBOT.speed_max_mps)
-        print(f"a flying lap within {100 * margin_m:.1f} cm of it: {line.length_m:.2f} m, {lap_s:.2f} s")
+        bound_s = line.length_m / ROBOT.speed_max_mps
+        print(f"a flying lap within {100 * margin_m:.1f} cm of it: {line.length_m:.2f} m,", end=" ")
+        print(f"{lap_s:.2f} s, and no less than {bound_s:.2f} s")
     return middle_s
 
 
