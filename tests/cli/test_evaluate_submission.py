@@ -32,7 +32,7 @@ def test_the_example_is_driven_and_scored(tmp_path: Path, capsys: pytest.Capture
     ("words", "code", "text"),
     [
         (("nobody", "--suite", "d1"), 3, "no such folder"),
-        ((str(EXAMPLE), "--suite", "d77"), 3, "one of d1, dev"),
+        ((str(EXAMPLE), "--suite", "d77"), 3, "wanted:     one of b1, b2, d1"),
         ((str(EXAMPLE), "--suite", "d1", "--set", "weights"), 2, "'weights'"),
     ],
 )
