@@ -38,6 +38,7 @@ class EdgeLocalizerParams:
         astray_rad: ... and this much in its yaw.
         place_m: after so much way a picture's errors are others; a turn counts as the way of a point ...
         lever_m: ... so far from the axle.
+        stuck_m: after so much way the very same picture cannot be a new one.
         least_news: share of the errors that are others even where the robot stands.
     """
 
@@ -49,6 +50,7 @@ class EdgeLocalizerParams:
     astray_rad: float = math.radians(2.0)
     place_m: float = 0.05
     lever_m: float = 0.5
+    stuck_m: float = 0.02
     least_news: float = 0.1
     start: StartSpread = field(default_factory=StartSpread)
     noise: MotionNoise = field(default_factory=MotionNoise)
@@ -60,8 +62,8 @@ class EdgeLocalizerParams:
 class EdgeState:
     """The estimate at the last picture, what encoders and gyro said since then, and the estimate now.
 
-    `way_m` is how far the robot has come since the last picture that was used. `fit` is what the picture of this step
-    said; None where none came or it was not believed.
+    `used` is the last picture that was believed, `way_m` how far the robot has come since. `fit` is what the picture of
+    this step said; None where none came or it was not believed.
     """
 
     settled: Estimate
@@ -69,6 +71,7 @@ class EdgeState:
     now: Estimate
     way_m: float
     tape: Tape = field(default_factory=Tape)
+    used: NDArray[np.uint8] | None = None
     fit: EdgeFit | None = None
 
     @property
@@ -116,11 +119,13 @@ class EdgeLocalizer:
     def _look(self, state: EdgeState, road: Picture) -> EdgeState:
         """Return the state after a picture taken where its settled estimate is."""
         p = self._params
+        if state.used is not None and state.way_m > p.stuck_m and np.array_equal(road.rgb, state.used):
+            return state
         news = min(max(state.way_m / p.place_m, p.least_news), 1.0)
         fit = self._fit(state.settled, road.rgb, news)
         if fit is None or fit.squared_distance > p.surprise * fit.freedoms:
             fit = self._fit(widened(state.settled, p.astray_m, p.astray_rad), road.rgb, news)
-        return state if fit is None else replace(state, settled=fit.estimate, way_m=0.0, fit=fit)
+        return state if fit is None else replace(state, settled=fit.estimate, way_m=0.0, used=road.rgb, fit=fit)
 
     def _fit(self, estimate: Estimate, rgb: NDArray[np.uint8], news: float) -> EdgeFit | None:
         """Return what a picture (height, width, 3) says, or None where too few of the expected edges agree."""

@@ -155,6 +155,13 @@ def test_a_second_without_sight_costs_centimetres_and_widens_the_doubt(
     assert last > 2 * before and after < last / 2
 
 
+def test_a_camera_that_is_stuck_is_not_believed(localizer: EdgeLocalizer, observations: list[Observation]) -> None:
+    stuck = observations[FAULT[0]].pictures["road"].rgb
+    found = states(localizer, observations, during(with_picture(stuck)))
+    assert errors(found)[:, 0].max() < 0.03
+    assert not any(found[k].fit for k in FAULT[1:])
+
+
 def test_gyro_spikes_are_passed_over(localizer: EdgeLocalizer, observations: list[Observation]) -> None:
     def spike(step: int, o: Observation) -> Observation:
         rates = o.imu.yaw_rate_radps.copy()
