@@ -27,6 +27,7 @@ git -C "$root/root/adc-bench" log -1 --format='bare system: commit %h'
 exec unshare --mount sh -eu -c '
   root=$1 prepare=$2
   shift 2
+  mount --bind "$root" "$root"  # a sandbox inside needs a root that is a mount of its own
   mount -t proc proc "$root/proc"
   mount --rbind /dev "$root/dev"
   mount -t tmpfs tmpfs "$root/tmp"
