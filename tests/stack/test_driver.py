@@ -14,8 +14,9 @@ from adc_bench.api import Agent, Command, EncoderSamples, ImuSamples, Mission, O
 from adc_bench.geometry import Pose2, wrap_rad
 from adc_bench.stack import Driver, StandStill
 from adc_bench.stack.birds_eye import BirdsEye
+from adc_bench.stack.edge_localizer import EdgeLocalizer
 from adc_bench.stack.localizer import Localizer, LocalizerParams
-from adc_bench.stack.pilots import HeadingPilot
+from adc_bench.stack.pilots import HeadingPilot, LinePilot
 from adc_bench.stack.prediction import arc_step
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.course import Course, CourseSpec
@@ -167,6 +168,25 @@ def test_from_pixels_over_the_first_loop_the_s_road_and_the_crosswalk() -> None:
     assert np.abs(offsets).max() < 0.10
     assert np.sqrt(np.mean(np.square(errors))) < 0.05
     assert errors[-1] < 0.03
+
+
+def test_the_reference_at_the_limit_from_pixels() -> None:
+    world = World()
+    agent = Driver(
+        world.detect,
+        lambda task: EdgeLocalizer(mission=task),
+        lambda task: LinePilot(mission=task, speed_mps=2.2),
+    )
+    agent.start(mission())
+    errors, offsets, s_m = [], [], 0.0
+    for truth, command in drive(world, agent, 9.0):
+        errors.append(error_m(truth, command))
+        ahead, offset = LAP.project([(truth.x_m, truth.y_m)], around_s_m=s_m)
+        s_m = float(ahead[0])
+        offsets.append(float(offset[0]))
+    assert 15.0 < s_m < 19.0
+    assert np.abs(offsets).max() < 0.05
+    assert np.max(errors) < 0.05
 
 
 def test_without_corrections_it_drifts_as_its_wheels_say() -> None:
