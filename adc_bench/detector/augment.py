@@ -71,7 +71,9 @@ def mirror(example: Example) -> Example:
     width = example.rgb.shape[1]
     boxes = example.boxes.copy()
     boxes[:, [0, 2]] = width - example.boxes[:, [2, 0]]
-    return Example(example.rgb[:, ::-1], boxes, classes, example.ignored)
+    keypoints = example.keypoints[:, [1, 0, 3, 2]]
+    keypoints[..., 0] = np.where(keypoints[..., 2] > 0, width - keypoints[..., 0], 0)
+    return Example(example.rgb[:, ::-1], boxes, classes, example.ignored, keypoints)
 
 
 def zoom(example: Example, factor: float, shift_px: tuple[float, float], kept_share: float) -> Example:
@@ -93,7 +95,11 @@ def zoom(example: Example, factor: float, shift_px: tuple[float, float], kept_sh
     share = _area(clipped) / np.maximum(_area(moved), 1e-6)
     stays = share > 0.01
     ignored = example.ignored | (share < kept_share)
-    return Example(rgb, clipped[stays], example.classes[stays], ignored[stays])
+    keypoints = example.keypoints.copy()
+    keypoints[..., :2] = keypoints[..., :2] * np.float32(factor) + offset
+    inside = ((keypoints[..., :2] >= 0) & (keypoints[..., :2] < (width, height))).all(axis=2) & (keypoints[..., 2] > 0)
+    keypoints *= inside[..., None]
+    return Example(rgb, clipped[stays], example.classes[stays], ignored[stays], keypoints[stays])
 
 
 def relight(config: AugmentConfig, example: Example, draws: NDArray[np.float64]) -> Example:

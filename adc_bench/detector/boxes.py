@@ -1,10 +1,9 @@
-"""Boxes and the points that predict them: grids, distances to the four sides, suppression of doubles."""
+"""Boxes and the points that predict them: grids, distances to the four sides."""
 
 import torch
 from torch import Tensor
-from torchvision.ops import batched_nms
 
-from adc_bench.detector.model import STRIDES, Prediction
+from adc_bench.detector.model import STRIDES
 
 
 def grid_points(height_px: int, width_px: int, device: torch.device | str = "cpu") -> tuple[Tensor, Tensor]:
@@ -38,31 +37,3 @@ def expected_distances(distance_logits: Tensor) -> Tensor:
 def decode_boxes(distance_logits: Tensor, points: Tensor, strides: Tensor) -> Tensor:
     """Return boxes (..., p, 4) xyxy in pixels from logits (..., p, 4, bins)."""
     return distances_to_boxes(points, expected_distances(distance_logits) * strides[:, None])
-
-
-def select(
-    prediction: Prediction,
-    picture: int,
-    points: Tensor,
-    strides: Tensor,
-    *,
-    size_px: tuple[int, int],
-    score_min: float,
-    overlap_max: float,
-    count_max: int,
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Return one picture's boxes (k, 4), scores (k,) and class indices (k,), best first.
-
-    Boxes are clipped to the picture of `size_px` (width, height). Of boxes of one class that overlap by more than
-    `overlap_max` (intersection over union) the best stays. Only points above `score_min` are decoded.
-    """
-    one = Prediction(*(part[picture] for part in prediction))
-    likely = torch.nonzero(one.object_logits.sigmoid() > score_min).squeeze(1)
-    one, points, strides = Prediction(*(part[likely] for part in one)), points[likely], strides[likely]
-    scores = one.scores()
-    point, category = torch.nonzero(scores > score_min, as_tuple=True)
-    scores = scores[point, category]
-    boxes = decode_boxes(one.distance_logits, points, strides)[point]
-    boxes = boxes.clamp(min=0).minimum(boxes.new_tensor([*size_px, *size_px]))
-    keep = batched_nms(boxes, scores, category, overlap_max)[:count_max]
-    return boxes[keep], scores[keep], category[keep]

@@ -12,7 +12,7 @@ from torch.utils.data import DataLoader, Dataset
 from adc_bench.detector.augment import AugmentConfig, augment
 from adc_bench.detector.paste import Cutting, Example
 from adc_bench.detector.targets import Truth
-from adc_bench.world.categories import CATEGORIES
+from adc_bench.world.categories import CATEGORIES, CATEGORY_ID
 from adc_bench.world.frame import Conditions, Label
 from adc_bench.world.streams import stream
 
@@ -42,12 +42,30 @@ class LabelledPictures(Protocol):
         """Return how it was taken."""
         ...
 
+    def pose_world_camera(self, index: int, /) -> NDArray[np.float64]:
+        """Return where the camera was, (4, 4)."""
+        ...
+
 
 def truth_arrays(labels: Sequence[Label]) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_]]:
     """Return boxes (m, 4) xyxy px, classes (m,) counted from 0, ignored (m,)."""
     boxes = np.array([label.box_px for label in labels], dtype=np.float32).reshape(-1, 4)
     classes = np.array([label.category_id - 1 for label in labels], dtype=np.int64)
     return boxes, classes, np.array([label.ignore for label in labels], dtype=np.bool_)
+
+
+def keypoints_as_seen(labels: Sequence[Label], pose_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return keypoints (m, 4, 3): u, v px and the state, from the top left clockwise as the camera, whose pose is
+    (4, 4), sees them.
+
+    A picture of the crosswalk alone does not say from which side of the course it is seen, so that its corners are
+    told by near and far, left and right: of the order (-x -y, +x -y, +x +y, -x +y), far is +x for who looks towards +x.
+    """
+    keypoints = np.array([label.keypoints_px for label in labels], dtype=np.float32).reshape(-1, 4, 3)
+    order = [2, 1, 0, 3] if pose_world_camera[0, 2] > 0 else [0, 3, 2, 1]
+    crosswalks = [label.category_id == CATEGORY_ID["crosswalk"] for label in labels]
+    keypoints[crosswalks] = keypoints[crosswalks][:, order]
+    return keypoints
 
 
 class TrainingPictures(Dataset[Example]):
@@ -63,7 +81,9 @@ class TrainingPictures(Dataset[Example]):
 
     def __getitem__(self, key: Key) -> Example:
         epoch, index = key
-        example = Example(self._picture(index), *truth_arrays(self.source.annotations(index)))
+        labels = self.source.annotations(index)
+        keypoints = keypoints_as_seen(labels, self.source.pose_world_camera(index))
+        example = Example(self._picture(index), *truth_arrays(labels), keypoints)
         rng = stream(self.seed, "augment", epoch, index)
         count = 2 if self._signs else 0
         return augment(self.config, example, [self._cut_sign(rng) for _ in range(count)], rng)
@@ -73,7 +93,9 @@ class TrainingPictures(Dataset[Example]):
         of_category = self._signs[int(rng.integers(len(self._signs)))]
         index, sign = of_category[int(rng.integers(len(of_category)))]
         x0, y0, x1, y1 = (round(value) for value in sign.box_px)
-        return Cutting(self._picture(index)[y0:y1, x0:x1], sign.category_id - 1)
+        keypoints = np.array(sign.keypoints_px, np.float32)
+        keypoints[:, :2] -= (x0, y0)
+        return Cutting(self._picture(index)[y0:y1, x0:x1], sign.category_id - 1, keypoints)
 
     def _picture(self, index: int) -> NDArray[np.uint8]:
         if index in self._cache:
@@ -113,7 +135,7 @@ def collate(examples: Sequence[Example]) -> Batch:
     """Return pictures (n, h, w, 3) uint8 and their truths."""
     pictures = torch.from_numpy(np.stack([example.rgb for example in examples]))
     truths = [
-        Truth(torch.from_numpy(e.boxes), torch.from_numpy(e.classes), torch.from_numpy(e.ignored)) for e in examples
+        Truth(*(torch.from_numpy(part) for part in (e.boxes, e.classes, e.ignored, e.keypoints))) for e in examples
     ]
     return pictures, truths
 

@@ -1,4 +1,6 @@
-"""The training loss: is there an object (as good as its box is), which, the box' overlap, its sides' distributions."""
+"""The training loss: is there an object (as good as its box is), which, the box' overlap, its sides' distributions, its
+corners; and where corners are on the finest grid.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,8 +12,11 @@ from torch.nn import functional
 from torchvision.ops import complete_box_iou_loss
 
 from adc_bench.detector.boxes import boxes_to_distances, decode_boxes
-from adc_bench.detector.model import Prediction
-from adc_bench.detector.targets import Assignment, AssignmentConfig, Truth, assign
+from adc_bench.detector.model import STRIDES, Prediction
+from adc_bench.detector.targets import Assignment, AssignmentConfig, CornerTargets, Truth, assign, corner_targets
+from adc_bench.world.frame import KEYPOINT_OUTSIDE, KEYPOINT_VISIBLE
+
+LOG_SCALE = (-4.0, 3.0)  # least and largest logarithm of a corner's deviation in strides
 
 
 class LossConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -21,6 +26,10 @@ class LossConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     classes: float = 2.0
     overlap: float = 5.0
     distribution: float = 1.0
+    keypoints: float = 0.2
+    seen: float = 0.5
+    corners: float = 0.2
+    offsets: float = 0.1
     assignment: AssignmentConfig = AssignmentConfig()
 
 
@@ -31,34 +40,87 @@ class Parts(NamedTuple):
     classes: Tensor
     overlap: Tensor
     distribution: Tensor
+    keypoints: Tensor
+    seen: Tensor
+    corners: Tensor
+    offsets: Tensor
 
 
 def detection_loss(
     config: LossConfig, prediction: Prediction, truths: Sequence[Truth], points: Tensor, strides: Tensor
 ) -> tuple[Tensor, Parts]:
-    """Return the loss of a batch and its parts; each part is a sum over points divided by the batch' total quality."""
-    objects, classes, distances = (part.float() for part in prediction)
-    scores, boxes = objects.detach().sigmoid(), decode_boxes(distances, points, strides)
+    """Return the loss of a batch and its parts.
+
+    What is said of objects is a sum over points divided by the batch' total quality, what is said of the finest grid's
+    corners is divided by the number of its points near one.
+    """
+    prediction = Prediction(*(part.float() for part in prediction))
+    scores = prediction.object_logits.detach().sigmoid()
+    boxes = decode_boxes(prediction.distance_logits, points, strides)
     found = [
         assign(config.assignment, truth, scores[i], boxes[i].detach(), points, strides)
         for i, truth in enumerate(truths)
     ]
+    finest = points[strides == STRIDES[0]]
+    near = CornerTargets(
+        *(torch.stack(part) for part in zip(*(corner_targets(t, finest) for t in truths), strict=True))
+    )
+    parts = Parts(
+        *_object_parts(prediction, boxes, truths, found, points, strides),
+        *_corner_parts(prediction.corners, near, finest),
+    )
+    return torch.stack([getattr(config, name) * part for name, part in parts._asdict().items()]).sum(), parts
+
+
+def _object_parts(
+    prediction: Prediction,
+    boxes: Tensor,
+    truths: Sequence[Truth],
+    found: Sequence[Assignment],
+    points: Tensor,
+    strides: Tensor,
+) -> list[Tensor]:
     positive, quality, counted = (
         torch.stack(parts) for parts in zip(*((a.box_index >= 0, a.quality, a.counted) for a in found), strict=True)
     )
     true_boxes = _gather([t.boxes[~t.ignored] for t in truths], found)
     true_classes = _gather([t.classes[~t.ignored] for t in truths], found)
+    true_keypoints = _gather([t.keypoints[~t.ignored] for t in truths], found)
     at, weight = torch.nonzero(positive)[:, 1], quality[positive]
     true_distances = boxes_to_distances(points[at], true_boxes) / strides[at, None]
-
-    object_terms = functional.binary_cross_entropy_with_logits(objects, quality, reduction="none") * counted
-    class_terms = functional.cross_entropy(classes[positive], true_classes, reduction="none") * weight
-    overlap_terms = complete_box_iou_loss(boxes[positive], true_boxes, reduction="none") * weight
-    distribution_terms = distribution_loss(distances[positive], true_distances) * weight
+    true_offsets = (true_keypoints[..., :2] - points[at, None]) / strides[at, None, None]
+    state, keypoints = true_keypoints[..., 2], prediction.keypoints[positive]
+    located = laplace_loss(keypoints[..., :3], true_offsets) * (state != KEYPOINT_OUTSIDE)
+    is_seen = (state == KEYPOINT_VISIBLE).to(keypoints.dtype)
+    terms = (
+        functional.binary_cross_entropy_with_logits(prediction.object_logits, quality, reduction="none") * counted,
+        functional.cross_entropy(prediction.class_logits[positive], true_classes, reduction="none") * weight,
+        complete_box_iou_loss(boxes[positive], true_boxes, reduction="none") * weight,
+        distribution_loss(prediction.distance_logits[positive], true_distances) * weight,
+        located.mean(dim=1) * weight,
+        functional.binary_cross_entropy_with_logits(keypoints[..., 3], is_seen, reduction="none").mean(dim=1) * weight,
+    )
     total = quality.sum().clamp(min=1.0)
-    parts = Parts(*(terms.sum() / total for terms in (object_terms, class_terms, overlap_terms, distribution_terms)))
-    weights = (config.objects, config.classes, config.overlap, config.distribution)
-    return torch.stack([w * part for w, part in zip(weights, parts, strict=True)]).sum(), parts
+    return [term.sum() / total for term in terms]
+
+
+def _corner_parts(corners: Tensor, near: CornerTargets, points: Tensor) -> list[Tensor]:
+    is_near = near.is_near.to(corners.dtype)
+    terms = functional.binary_cross_entropy_with_logits(corners[..., 0], is_near, reduction="none") * near.counted
+    offsets = ((near.corners - points) / STRIDES[0])[near.is_near]
+    located = laplace_loss(corners[near.is_near][:, 1:], offsets)
+    total = is_near.sum().clamp(min=1.0)
+    return [terms.sum() / total, located.sum() / total]
+
+
+def laplace_loss(answers: Tensor, truth: Tensor) -> Tensor:
+    """Return (...): the negative logarithm of a Laplace density, but for a constant, of points (..., 2) given answers
+    (..., 3): u, v and the logarithm of the scale b of both; |du| / b + |dv| / b + 2 log b. After Li et al., "Human Pose
+    Regression with Residual Log-likelihood Estimation", 2021, whose plain form this is.
+    """
+    log_scale = answers[..., 2].clamp(*LOG_SCALE)
+    away = (answers[..., :2] - truth).abs().sum(dim=-1)
+    return away * torch.exp(-log_scale) + 2 * log_scale
 
 
 def distribution_loss(logits: Tensor, distances: Tensor) -> Tensor:

@@ -8,19 +8,23 @@ from numpy.typing import NDArray
 
 
 class Example(NamedTuple):
-    """A picture with its truth: rgb (h, w, 3), boxes (m, 4) xyxy px, classes (m,) counted from 0, ignored (m,)."""
+    """A picture with its truth: rgb (h, w, 3), boxes (m, 4) xyxy px, classes (m,) counted from 0, ignored (m,), and
+    keypoints (m, 4, 3): u, v px and the state (0 outside or none, 1 hidden, 2 seen), from the top left clockwise.
+    """
 
     rgb: NDArray[np.uint8]
     boxes: NDArray[np.float32]
     classes: NDArray[np.int64]
     ignored: NDArray[np.bool_]
+    keypoints: NDArray[np.float32]
 
 
 class Cutting(NamedTuple):
-    """A sign cut from a picture: rgb (h, w, 3) and its class, counted from 0."""
+    """A sign cut from a picture: rgb (h, w, 3), its class, counted from 0, and its keypoints (4, 3) within `rgb`."""
 
     rgb: NDArray[np.uint8]
     category: int
+    keypoints: NDArray[np.float32]
 
 
 def paste_sign(example: Example, cutting: Cutting, rng: np.random.Generator) -> Example:
@@ -38,11 +42,14 @@ def paste_sign(example: Example, cutting: Cutting, rng: np.random.Generator) -> 
         cutting.rgb, (width, height), interpolation=cv2.INTER_AREA if width < sign_width else cv2.INTER_LINEAR
     )
     box = np.array([[x, y, x + width, y + height]], dtype=np.float32)
+    scale, shift = np.array([width / sign_width, height / sign_height, 1.0]), np.array([x, y, 0.0])
+    keypoints = np.asarray(cutting.keypoints * scale + shift, np.float32) * (cutting.keypoints[:, 2:] > 0)
     return Example(
         example.rgb,
         np.concatenate([example.boxes, box]),
         np.append(example.classes, cutting.category),
         np.append(example.ignored, False),
+        np.concatenate([example.keypoints, keypoints[None]]),
     )
 
 

@@ -6,7 +6,7 @@ import msgspec
 
 from adc_bench.detector.augment import AugmentConfig
 from adc_bench.detector.loss import LossConfig
-from adc_bench.detector.model import ModelConfig
+from adc_bench.detector.note import ModelConfig
 from adc_bench.world.records import load_record
 
 RECIPES = Path(__file__).parent / "recipes"

@@ -10,7 +10,10 @@ import torch
 from torch import Tensor
 from torchvision.ops import box_iou
 
+from adc_bench.world.frame import KEYPOINT_VISIBLE
+
 FLOOR = 1e-7
+CORNER_REACH_PX = 8.0  # so that every corner has the four points of the finest grid around it
 MINIMUM_STRIDES = 1.5  # a box smaller than this many strides is widened to it, or it might hold no point
 
 
@@ -23,11 +26,14 @@ class AssignmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
 
 
 class Truth(NamedTuple):
-    """One picture's truth: boxes (m, 4) xyxy px, classes (m,) from 0, ignored (m,) bool."""
+    """One picture's truth: boxes (m, 4) xyxy px, classes (m,) from 0, ignored (m,) bool, keypoints (m, 4, 3): u, v px
+    and the state, 0 where there is none.
+    """
 
     boxes: Tensor
     classes: Tensor
     ignored: Tensor
+    keypoints: Tensor
 
 
 class Assignment(NamedTuple):
@@ -37,6 +43,16 @@ class Assignment(NamedTuple):
 
     box_index: Tensor
     quality: Tensor
+    counted: Tensor
+
+
+class CornerTargets(NamedTuple):
+    """One picture's corners on the finest grid of q points: is_near (q,) whether a seen corner is near, the nearest
+    corner there (q, 2) px, counted (q,) false where a corner is near that nobody can see.
+    """
+
+    is_near: Tensor
+    corners: Tensor
     counted: Tensor
 
 
@@ -79,3 +95,22 @@ def centredness(points: Tensor, strides: Tensor, boxes: Tensor) -> Tensor:
     half = (boxes[:, None, 2:] - boxes[:, None, :2]) / 2
     half = half.maximum(strides[None, :, None] * MINIMUM_STRIDES / 2)
     return (1 - (points[None] - centre).abs() / half).clamp(min=0).prod(dim=2)
+
+
+def corner_targets(truth: Truth, points: Tensor) -> CornerTargets:
+    """Return what a picture's corners ask of points (q, 2) of the finest grid."""
+    states = truth.keypoints[..., 2].flatten()
+    at = truth.keypoints[..., :2].reshape(-1, 2)
+    is_seen = (states == KEYPOINT_VISIBLE) & ~truth.ignored.repeat_interleave(4)
+    seen = at[is_seen]
+    doubtful = _is_near(points, at[(states > 0) & ~is_seen]).any(dim=1)
+    if len(seen) == 0:
+        return CornerTargets(torch.zeros_like(doubtful), torch.zeros_like(points), ~doubtful)
+    nearest = (points[:, None] - seen).square().sum(dim=2).argmin(dim=1)
+    near = _is_near(points, seen).any(dim=1)
+    return CornerTargets(near, seen[nearest], near | ~doubtful)
+
+
+def _is_near(points: Tensor, corners: Tensor) -> Tensor:
+    """Return (q, k): whether points (q, 2) lie within `CORNER_REACH_PX` of corners (k, 2) along both axes."""
+    return ((points[:, None] - corners).abs() < CORNER_REACH_PX).all(dim=2)

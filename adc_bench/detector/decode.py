@@ -1,0 +1,128 @@
+"""From the network's raw answers to detections: boxes, suppression of doubles, corners. Numpy and OpenCV alone."""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import cv2
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.world.frame import Detections
+
+Array = NDArray[np.float32]
+STRIDES = (8, 16, 32)
+LAPLACE_SIGMA = 2**0.5  # the standard deviation of a Laplace density over its scale
+
+
+class Answers(NamedTuple):
+    """The network's raw answers for one picture, as `model.Prediction` holds them, without the pictures' axis."""
+
+    object_logits: Array
+    class_logits: Array
+    distance_logits: Array
+    keypoints: Array
+    corners: Array
+
+
+class DecodeConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What is kept: detections above `score_min`, of those of one class that overlap by more than `overlap_max`
+    (intersection over union) the best, `count_max` at most; and how near to where an object expects a corner the
+    finest grid's corners must lie, in strides of the point that expects it, and how sure they must be.
+    """
+
+    score_min: float = 0.25
+    overlap_max: float = 0.6
+    count_max: int = 100
+    corner_reach_strides: float = 1.0
+    corner_score_min: float = 0.4
+
+
+def decode(config: DecodeConfig, answers: Answers, size_px: tuple[int, int]) -> Detections:
+    """Return what is on a picture of `size_px` (width, height), best first; boxes are clipped to the picture."""
+    points, strides = grid(*size_px)
+    objects = sigmoid(answers.object_logits)
+    likely = np.flatnonzero(objects > config.score_min)
+    scores = objects[likely, None] * _softmax(answers.class_logits[likely])
+    row, category = np.nonzero(scores > config.score_min)
+    scores, at = scores[row, category], likely[row]
+    boxes = np.clip(_boxes(answers.distance_logits[at], points[at], strides[at]), 0, np.tile(np.float32(size_px), 2))
+    kept = _without_doubles(config, boxes, scores, category)
+    at = at[kept]
+    keypoints = answers.keypoints[at]
+    corners, scale_px = _corners(config, keypoints, answers.corners, points, at, strides[at])
+    return Detections(
+        boxes_px=boxes[kept],
+        scores=scores[kept],
+        category_ids=category[kept].astype(np.int64) + 1,
+        keypoints_px=corners,
+        keypoint_sigma_px=np.float32(LAPLACE_SIGMA) * scale_px,
+        keypoint_scores=sigmoid(keypoints[..., 3]),
+    )
+
+
+@lru_cache(maxsize=4)
+def grid(width_px: int, height_px: int) -> tuple[Array, Array]:
+    """Return points (p, 2), x y in pixels, and their strides (p,) for a picture, padded as `prepare` does; points
+    ordered by stride, then row, then column.
+    """
+    points, strides = [], []
+    width, height = (side + -side % STRIDES[-1] for side in (width_px, height_px))
+    for stride in STRIDES:
+        y, x = np.mgrid[0 : height // stride, 0 : width // stride]
+        points.append((np.stack([x, y], axis=-1).reshape(-1, 2) + 0.5) * stride)
+        strides.append(np.full(x.size, stride))
+    return np.concatenate(points).astype(np.float32), np.concatenate(strides).astype(np.float32)
+
+
+def sigmoid(x: Array) -> Array:
+    """Return 1 / (1 + exp(-x))."""
+    return np.asarray(1 / (1 + np.exp(-x)), np.float32)
+
+
+def _softmax(x: Array) -> Array:
+    powers = np.exp(x - x.max(axis=-1, keepdims=True))
+    return np.asarray(powers / powers.sum(axis=-1, keepdims=True), np.float32)
+
+
+def _boxes(logits: Array, points: Array, strides: Array) -> Array:
+    """Return boxes (k, 4) xyxy px: each side lies as far away as the mean of its distribution (k, 4, bins) says."""
+    bins = np.arange(logits.shape[-1], dtype=np.float32)
+    away = _softmax(logits) @ bins * strides[:, None]
+    return np.concatenate([points - away[:, :2], points + away[:, 2:]], axis=1)
+
+
+def _without_doubles(config: DecodeConfig, boxes: Array, scores: Array, category: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return which of k detections stay, best first."""
+    if len(boxes) == 0:
+        return np.zeros(0, np.intp)
+    sides = np.concatenate([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]], axis=1)
+    kept = cv2.dnn.NMSBoxesBatched(
+        sides.tolist(), scores.tolist(), category.tolist(), config.score_min, config.overlap_max
+    )
+    kept = np.sort(np.asarray(kept, np.intp))
+    return kept[np.argsort(-scores[kept], kind="stable")][: config.count_max]
+
+
+def _corners(
+    config: DecodeConfig, keypoints: Array, near: Array, points: Array, at: NDArray[np.intp], strides: Array
+) -> tuple[Array, Array]:
+    """Return the corners (k, 4, 2) of k objects in pixels and the scales (k, 4) of their errors.
+
+    An object knows about where its corners are, the finest grid knows exactly where some corner is: of its sure corners
+    within reach, the mean weighted by certainty is taken.
+    """
+    expected = points[at, None] + keypoints[..., :2] * strides[:, None, None]
+    scale_px = np.exp(keypoints[..., 2]) * strides[:, None]
+    score = sigmoid(near[:, 0])
+    sure = np.flatnonzero(score > config.corner_score_min)
+    places = points[sure] + near[sure, 1:3] * STRIDES[0]
+    reach = np.square(config.corner_reach_strides * strides)[:, None, None]
+    within = np.square(expected[:, :, None] - places).sum(axis=-1) < reach
+    weight = within * (score[sure] * np.exp(-2 * near[sure, 3]))
+    total = weight.sum(axis=-1)
+    found, known = total > 0, np.maximum(total, 1e-9)
+    mean = (weight @ places) / known[..., None]
+    finest_px = (weight @ np.exp(near[sure, 3])) / known * STRIDES[0]
+    corners = np.where(found[..., None], mean, expected)
+    return corners.astype(np.float32), np.where(found, finest_px, scale_px).astype(np.float32)
