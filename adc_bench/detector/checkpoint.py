@@ -18,16 +18,12 @@ from adc_bench.errors import InputError
 
 
 class EpochRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What one epoch did: mean training losses, and the score of the averaged weights on the validation
+    """What one epoch did: the means of the training loss and its parts, and the score of the averaged weights on the validation
     pictures, if they were scored.
     """
 
     epoch: int
-    loss: float
-    objects: float
-    classes: float
-    overlap: float
-    distribution: float
+    losses: dict[str, float]
     validation: DetectionScore | None
 
 
@@ -49,7 +45,8 @@ def save_checkpoint(path: Path, progress: Progress, network: Network, average: N
     tensors |= {f"average.{name}": tensor for name, tensor in average.state_dict().items()}
     for index, entry in optimizer.state_dict()["state"].items():
         tensors |= {f"optimizer.{index}.{name}": torch.as_tensor(value) for name, value in entry.items()}
-    write_tensors(path, tensors, msgspec.json.encode(progress))
+    held = {name: tensor.detach().cpu().numpy() for name, tensor in tensors.items()}
+    write_tensors(path, held, msgspec.json.encode(progress))
 
 
 def load_checkpoint(
@@ -61,7 +58,8 @@ def load_checkpoint(
         InputError: no checkpoint, a broken one, or one of another recipe or other data than `expected`.
     """
     what, todo = "the checkpoint of a run with this recipe and these data", "use a new --out folder without --resume"
-    tensors, note = read_tensors(path, what=what, todo=todo)
+    held, note = read_tensors(path, what=what, todo=todo)
+    tensors = {name: torch.from_numpy(tensor) for name, tensor in held.items()}
     try:
         progress = msgspec.json.decode(note, type=Progress)
     except msgspec.DecodeError as error:

@@ -11,13 +11,14 @@ from torch.utils.data import DataLoader, Dataset
 
 from adc_bench.detector.augment import AugmentConfig, augment
 from adc_bench.detector.paste import Cutting, Example
+from adc_bench.detector.prepare import prepare
 from adc_bench.detector.targets import Truth
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID
 from adc_bench.world.frame import Conditions, Label
 from adc_bench.world.streams import stream
 
 Key = tuple[int, int]  # epoch, index
-Batch = tuple[Tensor, list[Truth]]  # pictures (n, h, w, 3) uint8
+Batch = tuple[Tensor, list[Truth]]  # prepared pictures (n, 3, h, w)
 
 
 class LabelledPictures(Protocol):
@@ -132,8 +133,8 @@ def epoch_batches(
 
 
 def collate(examples: Sequence[Example]) -> Batch:
-    """Return pictures (n, h, w, 3) uint8 and their truths."""
-    pictures = torch.from_numpy(np.stack([example.rgb for example in examples]))
+    """Return pictures, prepared for the network (n, 3, h, w), and their truths."""
+    pictures = torch.from_numpy(np.stack([prepare(np.ascontiguousarray(example.rgb)) for example in examples]))
     truths = [
         Truth(*(torch.from_numpy(part) for part in (e.boxes, e.classes, e.ignored, e.keypoints))) for e in examples
     ]

@@ -26,9 +26,9 @@ def draw_history(path: Path, history: Sequence[EpochRecord]) -> None:
     """Write the losses and the validation score by epoch as PNG."""
     figure, (left, right) = _figure(10, 4, columns=2)
     epochs = [record.epoch + 1 for record in history]
-    for name in ("loss", "objects", "classes", "overlap", "distribution"):
-        left.plot(epochs, [getattr(record, name) for record in history], label=name)
-    left.set(xlabel="epoch", ylabel="training loss", yscale="log")
+    for name in history[0].losses:
+        left.plot(epochs, [record.losses[name] for record in history], label=name)
+    left.set(xlabel="epoch", ylabel="training loss", yscale="symlog")
     scores = [(record.epoch + 1, record.validation) for record in history if record.validation]
     right.plot([epoch for epoch, _ in scores], [score.map for _, score in scores], "o-", label="mAP50-95")
     right.plot([epoch for epoch, _ in scores], [score.map50 for _, score in scores], "o-", label="mAP50")

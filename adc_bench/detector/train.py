@@ -14,13 +14,14 @@ from adc_bench.dataset.layout import write_file
 from adc_bench.detector.boxes import grid_points
 from adc_bench.detector.checkpoint import EpochRecord, Progress, load_checkpoint, save_checkpoint
 from adc_bench.detector.data import LabelledPictures, TrainingPictures, epoch_batches, epoch_order
+from adc_bench.detector.decode import DecodeConfig
 from adc_bench.detector.evaluate import SCORE_MIN, DetectionReport, Evaluation
 from adc_bench.detector.loss import Parts, detection_loss
-from adc_bench.detector.model import Network, build_network, prepare
+from adc_bench.detector.model import Network, build_network
 from adc_bench.detector.predict import Detector, predict_all
 from adc_bench.detector.recipe import Recipe, TrainConfig
 from adc_bench.detector.report import draw_curves, draw_history, draw_predictions
-from adc_bench.detector.weights import load_weights, save_weights
+from adc_bench.detector.torch_backend import TorchBackend, load_network, save_network
 from adc_bench.errors import AdcBenchError, InputError
 from adc_bench.world.categories import CATEGORIES
 
@@ -65,9 +66,8 @@ def train(
         losses = train_epoch(recipe, pictures, network, average, optimizer, epoch, told)
         score = evaluate(average, validation).score() if is_validated(recipe.train, epoch) else None
         if score and score.map >= progress.best_map():
-            save_weights(out / WEIGHTS, average)
-        parts = dict(zip(("loss", *Parts._fields), losses, strict=True))
-        record = EpochRecord(epoch=epoch, validation=score, **parts)
+            save_network(out / WEIGHTS, average)
+        record = EpochRecord(epoch=epoch, validation=score, losses=losses)
         progress = msgspec.structs.replace(progress, history=(*progress.history, record))
         save_checkpoint(out / CHECKPOINT, progress, network, average, optimizer)
         write_file(out / LOG, b"".join(msgspec.json.encode(past) + b"\n" for past in progress.history))
@@ -82,8 +82,8 @@ def train_epoch(
     optimizer: AdamW,
     epoch: int,
     told: Callable[[int], None] = lambda done: None,
-) -> list[float]:
-    """Train one epoch in place; return the means of the loss and its parts.
+) -> dict[str, float]:
+    """Train one epoch in place; return the means of the loss and its parts, by name.
 
     Raises:
         AdcBenchError: the loss is no longer finite.
@@ -95,8 +95,8 @@ def train_epoch(
     shown = epoch_batches(
         pictures, batch=config.batch, epoch=epoch, empty_share=config.empty_share, workers=config.workers
     )
-    for step, (rgb, truths) in enumerate(shown, start=epoch * steps):
-        x = prepare(rgb.to(device))
+    for step, (prepared, truths) in enumerate(shown, start=epoch * steps):
+        x = prepared.to(device, memory_format=torch.channels_last)
         points, strides = grid_points(x.shape[2], x.shape[3], device)
         truths = [type(truth)(*(part.to(device) for part in truth)) for truth in truths]
         loss, parts = detection_loss(recipe.loss, network(x), truths, points, strides)
@@ -110,7 +110,7 @@ def train_epoch(
         update_average(average, network, decay=min(config.average_decay, (1 + step) / (10 + step)))
         sums += torch.stack([loss, *parts]).detach().cpu().double()
         told(step + 1)
-    return [float(total) / steps for total in sums]
+    return {name: float(total) / steps for name, total in zip(("loss", *Parts._fields), sums, strict=True)}
 
 
 def steps_per_epoch(recipe: Recipe, training: LabelledPictures) -> int:
@@ -150,12 +150,13 @@ def update_average(average: Network, network: Network, *, decay: float) -> None:
 
 def evaluate(network: Network, validation: LabelledPictures) -> Evaluation:
     """Return the evaluation of a network on labelled pictures."""
-    return Evaluation(validation, predict_all(Detector(network, score_min=SCORE_MIN), validation))
+    detector = Detector(TorchBackend(network), DecodeConfig(score_min=SCORE_MIN))
+    return Evaluation(validation, predict_all(detector, validation))
 
 
 def finish(out: Path, progress: Progress, validation: LabelledPictures, device: str) -> DetectionReport:
     """Score the best weights and write the metrics and the figures."""
-    network = load_weights(out / WEIGHTS).to(device)
+    network = load_network(out / WEIGHTS).to(device)
     evaluation = evaluate(network, validation)
     report = evaluation.report()
     write_file(out / METRICS, msgspec.json.format(msgspec.json.encode(report)) + b"\n")
