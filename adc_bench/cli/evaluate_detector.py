@@ -20,10 +20,11 @@ def detector(
     from adc_bench.dataset import FrameDataset
     from adc_bench.dataset.layout import write_file
     from adc_bench.detector import Detector
+    from adc_bench.detector.decode import DecodeConfig
     from adc_bench.detector.evaluate import SCORE_MIN, Evaluation
     from adc_bench.detector.predict import predict_all
 
-    chosen = Detector.load(weights, score_min=SCORE_MIN)
+    chosen = Detector.load(weights, config=DecodeConfig(score_min=SCORE_MIN))
     source = FrameDataset(data)
     with progress_bar("detecting", len(source)) as tell:
         found = predict_all(chosen, source, batch=1, told=tell)  # one at a time, as the driver does

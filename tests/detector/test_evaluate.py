@@ -30,6 +30,9 @@ class Labels:
     def annotations(self, index: int) -> Sequence[Label]:
         return self.labels[index]
 
+    def pose_world_camera(self, index: int) -> NDArray[np.float64]:
+        return np.eye(4)
+
     def conditions(self, index: int) -> Conditions:
         level = self.levels[index % len(self.levels)]
         return Conditions(
@@ -67,6 +70,9 @@ def _found(*entries: tuple[str, float, BoxPx]) -> Detections:
         boxes_px=np.array([box for _, _, box in entries], dtype=np.float32).reshape(-1, 4),
         scores=np.array([score for _, score, _ in entries], dtype=np.float32),
         category_ids=np.array([CATEGORY_ID[name] for name, _, _ in entries], dtype=np.int64),
+        keypoints_px=np.zeros((len(entries), 4, 2), np.float32),
+        keypoint_sigma_px=np.ones((len(entries), 4), np.float32),
+        keypoint_scores=np.zeros((len(entries), 4), np.float32),
     )
 
 
