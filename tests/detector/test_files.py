@@ -1,5 +1,6 @@
 import json
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 import pytest
@@ -12,31 +13,32 @@ from typer.testing import CliRunner
 from adc_bench.cli.main import app
 from adc_bench.detector import Detector
 from adc_bench.detector.device import choose_device
-from adc_bench.detector.files import NOTE
-from adc_bench.detector.model import ModelConfig, build_network
+from adc_bench.detector.model import build_network
+from adc_bench.detector.note import ARCHITECTURE, NOTE, ModelConfig, WeightsNote
+from adc_bench.detector.predict import Runtime
 from adc_bench.detector.recipe import RECIPES, Recipe, load_recipe
-from adc_bench.detector.weights import WeightsNote, load_weights, save_weights
+from adc_bench.detector.torch_backend import load_network, save_network
 from adc_bench.errors import AdcBenchError, InputError, MachineError
 from adc_bench.world.categories import CATEGORIES
 
 
 @pytest.fixture
 def weights(tmp_path: Path) -> Path:
-    save_weights(tmp_path / "w.safetensors", build_network(SMALL, len(CATEGORIES), seed=1))
+    save_network(tmp_path / "w.safetensors", build_network(SMALL, len(CATEGORIES), seed=1))
     return tmp_path / "w.safetensors"
 
 
 def _note(**changes: object) -> dict[str, str]:
-    note = msgspec.to_builtins(WeightsNote(architecture="adc-n/1", config=SMALL, categories=CATEGORIES))
+    note = msgspec.to_builtins(WeightsNote(architecture=ARCHITECTURE, config=SMALL, categories=CATEGORIES))
     return {NOTE: json.dumps({**note, **changes})}
 
 
 def test_weights_come_back_as_they_went(weights: Path, tmp_path: Path) -> None:
-    network = load_weights(weights)
+    network = load_network(weights)
     written = build_network(SMALL, len(CATEGORIES), seed=1).state_dict()
     assert network.config == SMALL and not network.training
     assert all(torch.equal(value, written[name]) for name, value in network.state_dict().items())
-    save_weights(tmp_path / "again.safetensors", network)
+    save_network(tmp_path / "again.safetensors", network)
     assert (tmp_path / "again.safetensors").read_bytes() == weights.read_bytes()
     assert not list(tmp_path.glob("*.part")) and not list(tmp_path.glob("*.tmp"))
 
@@ -44,20 +46,23 @@ def test_weights_come_back_as_they_went(weights: Path, tmp_path: Path) -> None:
 def test_weights_say_what_they_are(weights: Path) -> None:
     with safe_open(weights, framework="pt") as content:
         note = json.loads(content.metadata()[NOTE])
-    assert note["architecture"] == "adc-n/1" and tuple(note["categories"]) == CATEGORIES
+    assert note["architecture"] == ARCHITECTURE and tuple(note["categories"]) == CATEGORIES
     assert note["config"]["widths"] == [24, 32, 48]
 
 
 def test_the_default_network_fits_four_megabytes(tmp_path: Path) -> None:
-    save_weights(tmp_path / "w.safetensors", build_network(ModelConfig(), len(CATEGORIES)))
+    save_network(tmp_path / "w.safetensors", build_network(ModelConfig(), len(CATEGORIES)))
     assert (tmp_path / "w.safetensors").stat().st_size < 4e6
 
 
 def _refused(path: Path, found: str) -> None:
-    with pytest.raises(InputError) as caught:
-        Detector.load(path)
-    text = str(caught.value)
-    assert found in text and str(path) in text and "architecture adc-n/1" in text and "train-detector" in text
+    for runtime in get_args(Runtime):
+        with pytest.raises(InputError) as caught:
+            Detector.load(path, runtime=runtime)
+        text = str(caught.value)
+        assert (
+            found in text and str(path) in text and f"architecture {ARCHITECTURE}" in text and "train-detector" in text
+        )
 
 
 def test_weights_that_cannot_be_used(weights: Path, tmp_path: Path) -> None:
@@ -78,6 +83,9 @@ def test_weights_that_cannot_be_used(weights: Path, tmp_path: Path) -> None:
     save_file(tensors, bad, metadata=_note(config={"widths": "wide"}))
     _refused(bad, "a note that cannot be read")
     save_file(tensors, bad, metadata=_note(config={"stem": 20}))
+    _refused(bad, "tensors that do not fit the network")
+    some = {name: tensor for name, tensor in tensors.items() if "heads.1" not in name}
+    save_file(some, bad, metadata=_note())
     _refused(bad, "tensors that do not fit the network")
     save_file(
         tensors | {"backbone.stem.0.0.weight": tensors["backbone.stem.0.0.weight"] * torch.nan}, bad, metadata=_note()

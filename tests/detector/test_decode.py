@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from torchvision.ops import batched_nms
+
+from adc_bench.detector.boxes import decode_boxes, grid_points
+from adc_bench.detector.decode import Answers, DecodeConfig, decode, grid
+from adc_bench.world.frame import Detections
+
+SIZE_PX = (64, 60)
+POINTS, STRIDES = grid(*SIZE_PX)
+CONFIG = DecodeConfig()
+
+
+def empty() -> Answers:
+    """Answers on a 64x60 picture that see nothing."""
+    n, q = len(POINTS), int((STRIDES == 8).sum())
+    shapes = ((n,), (n, 21), (n, 4, 16), (n, 4, 4), (q, 4))
+    objects, classes, distances, keypoints, corners = (np.zeros(shape, np.float32) for shape in shapes)
+    return Answers(objects - 20, classes, distances - 50, keypoints, corners - (20, 0, 0, 0))
+
+
+def answers(*entries: tuple[int, float, int, int]) -> Answers:
+    """(point, object logit, class, side distance in strides)."""
+    found = empty()
+    for point, logit, category, reach in entries:
+        found.object_logits[point], found.class_logits[point, category] = logit, 20.0
+        found.distance_logits[point, :, reach] = 50.0
+    return found
+
+
+def found(given_answers: Answers, **changes: float) -> Detections:
+    return decode(DecodeConfig(**{"score_min": 0.25, **changes}), given_answers, SIZE_PX)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("size_px", [(64, 60), (320, 240), (33, 1)])
+def test_the_grid_is_that_of_training(size_px: tuple[int, int]) -> None:
+    width, height = (-(-side // 32) * 32 for side in size_px)
+    points, strides = grid_points(height, width)
+    assert np.array_equal(grid(*size_px)[0], points.numpy())
+    assert np.array_equal(grid(*size_px)[1], strides.numpy())
+
+
+def test_the_unlikely_and_the_double_are_dropped() -> None:
+    # Points 18 and 27 are diagonal neighbours: their boxes of three strides overlap by (40/48)^2, 53 %.
+    several = answers((27, 2.0, 0, 3), (26, 1.0, 0, 3), (29, 0.0, 4, 1), (60, -3.0, 1, 1))
+    one = found(several)
+    assert one.category_ids.tolist() == [1, 5]
+    assert one.scores.tolist() == pytest.approx([0.8808, 0.5], abs=1e-3)
+    assert one.boxes_px[0].tolist() == pytest.approx([4, 4, 52, 52])
+    assert len(found(several, overlap_max=0.9).scores) == 3
+    assert len(found(several, score_min=0.01).scores) == 3
+    assert len(found(several, count_max=1).scores) == 1
+
+
+def test_boxes_end_at_the_picture_not_at_its_padding() -> None:
+    assert found(answers((63, 3.0, 0, 4))).boxes_px.tolist() == [[28.0, 28.0, 64.0, 60.0]]
+
+
+def test_nothing_found_is_an_answer() -> None:
+    nothing = found(empty())
+    assert nothing.boxes_px.shape == (0, 4) and len(nothing.scores) == len(nothing.category_ids) == 0
+    assert nothing.keypoints_px.shape == (0, 4, 2) and nothing.keypoint_sigma_px.shape == (0, 4)
+    assert nothing.keypoint_scores.shape == (0, 4)
+
+
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_boxes_and_what_stays_of_them_agree_with_torch(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    some = Answers(*(rng.normal(0, 2, part.shape).astype(np.float32) for part in empty()))
+    one = found(some, score_min=0.1, overlap_max=0.4)
+    objects, classes, distances = (torch.from_numpy(part) for part in some[:3])
+    scores = objects.sigmoid()[:, None] * classes.softmax(dim=1)
+    row, category = torch.nonzero(scores > 0.1, as_tuple=True)
+    boxes = decode_boxes(distances, torch.from_numpy(POINTS), torch.from_numpy(STRIDES))[row]
+    boxes = boxes.clamp(min=0).minimum(torch.tensor([64.0, 60.0, 64.0, 60.0]))
+    kept = batched_nms(boxes, scores[row, category], category, 0.4)[:100]
+    assert np.allclose(one.scores, scores[row, category][kept], atol=1e-6)
+    assert np.allclose(one.boxes_px, boxes[kept], atol=1e-3)
+    assert one.category_ids.tolist() == (category[kept] + 1).tolist()
+    assert (np.diff(one.scores) <= 0).all()
+
+
+def test_an_object_alone_knows_about_where_its_corners_are() -> None:
+    one = answers((27, 2.0, 0, 3))
+    one.keypoints[27] = [[-1, -2, np.log(0.5), 3], [1, -2, 0, 3], [1, 2, 0, -3], [-1, 2, 0, 3]]
+    seen = found(one)
+    x, y = POINTS[27]
+    assert seen.keypoints_px[0].tolist() == [[x - 8, y - 16], [x + 8, y - 16], [x + 8, y + 16], [x - 8, y + 16]]
+    assert seen.keypoint_sigma_px[0].tolist() == pytest.approx([4 * 2**0.5, *3 * [8 * 2**0.5]])
+    assert seen.keypoint_scores[0].tolist() == pytest.approx([0.9526, 0.9526, 0.0474, 0.9526], abs=1e-4)
+
+
+def test_the_finest_grid_knows_exactly() -> None:
+    """Of its corners the sure ones within reach count, by certainty; the others are left alone."""
+    one = answers((27, 2.0, 0, 3))
+    one.keypoints[27, 0] = [0.0, 0.0, 0.0, 3.0]
+    one.keypoints[27, 1:, :2] = 3.0
+    one.corners[27] = [4, 0.25, 0.0, np.log(0.05)]  # 2 px to the right
+    one.corners[28] = [4, -0.25, 0.0, np.log(0.1)]  # 6 px to the right
+    one.corners[26] = [-4, 0.9, 0.0, np.log(0.01)]  # not sure
+    one.corners[31] = [4, 0.0, 0.0, np.log(0.01)]  # out of reach
+    seen = found(one)
+    score = 1 / (1 + np.exp(-4))
+    weights = score * np.array([1 / 0.05**2, 1 / 0.1**2])
+    expected = POINTS[27] + (weights @ [2.0, 6.0] / weights.sum(), 0.0)
+    assert seen.keypoints_px[0, 0] == pytest.approx(expected, abs=1e-4)
+    sigma_px = weights @ [0.05, 0.1] / weights.sum() * 8 * 2**0.5
+    assert seen.keypoint_sigma_px[0, 0] == pytest.approx(sigma_px, rel=1e-4)
+    assert seen.keypoints_px[0, 1] == pytest.approx(POINTS[27] + 24)
