@@ -1,4 +1,4 @@
-"""`adc-bench evaluate detector`: average precision of weights on a dataset."""
+"""`adc-bench evaluate detector`: all that is measured of weights on a dataset."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,16 +12,16 @@ def detector(
     out: Annotated[Path, typer.Option(help="The JSON file to write.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Score a detector: average precision in all, by category, by light level, in the tunnel."""
+    """Score a detector: precision in all and by circumstance, corners, mistakes, calibration."""
     import msgspec
 
     from adc_bench.cli.progress import progress_bar
-    from adc_bench.cli.train_detector import print_score
     from adc_bench.dataset import FrameDataset
     from adc_bench.dataset.layout import write_file
     from adc_bench.detector import Detector
     from adc_bench.detector.decode import DecodeConfig
-    from adc_bench.detector.evaluate import SCORE_MIN, Evaluation
+    from adc_bench.detector.evaluation import SCORE_MIN, Evaluation
+    from adc_bench.detector.evaluation.tables import tables, text_lines
     from adc_bench.detector.predict import predict_all
 
     chosen = Detector.load(weights, config=DecodeConfig(score_min=SCORE_MIN))
@@ -35,7 +35,5 @@ def detector(
         typer.echo(text.decode(), nl=False)
         return
     typer.echo(f"{out}: {weights} on {data}")
-    print_score(report.overall)
-    for kind, parts in (("light", report.light), ("tunnel", report.tunnel)):
-        for name, score in parts.items():
-            typer.echo(f"  {kind} {name}: {score.pictures} pictures, mAP50-95 {score.map:.3f}, mAP50 {score.map50:.3f}")
+    for table in tables(report)[:3]:
+        typer.echo("\n".join(text_lines(table)))

@@ -13,8 +13,10 @@ from adc_bench.detector.augment import AugmentConfig, augment
 from adc_bench.detector.paste import Cutting, Example
 from adc_bench.detector.prepare import prepare
 from adc_bench.detector.targets import Truth
+from adc_bench.geometry import Pose2
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID
 from adc_bench.world.frame import Conditions, Label
+from adc_bench.world.sensors import CameraMount
 from adc_bench.world.streams import stream
 
 Key = tuple[int, int]  # epoch, index
@@ -45,6 +47,14 @@ class LabelledPictures(Protocol):
 
     def pose_world_camera(self, index: int, /) -> NDArray[np.float64]:
         """Return where the camera was, (4, 4)."""
+        ...
+
+    def pose_world_robot(self, index: int, /) -> Pose2:
+        """Return where the robot stood."""
+        ...
+
+    def mount(self, index: int, /) -> CameraMount:
+        """Return the camera, as it is said to sit on the robot."""
         ...
 
 

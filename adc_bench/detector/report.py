@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from adc_bench.dataset.layout import write_file
 from adc_bench.detector.checkpoint import EpochRecord
 from adc_bench.detector.data import LabelledPictures
-from adc_bench.detector.evaluate import RECALLS, Curve
+from adc_bench.detector.evaluation.score import RECALLS, Curve
 from adc_bench.world.categories import CATEGORIES
 from adc_bench.world.frame import Detections
 

@@ -1,31 +1,34 @@
-"""Training: one loop over epochs; each ends with a score on the validation pictures and a checkpoint."""
+"""Training: one loop over epochs; each ends with a checkpoint, and some with a score on the validation pictures."""
 
-import hashlib
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 import torch
-from torch import Tensor, nn
-from torch.optim import AdamW
 
 from adc_bench.dataset.layout import write_file
-from adc_bench.detector.boxes import grid_points
+from adc_bench.detector.batches import Batch, BatchConfig, epoch_batches, steps_per_epoch
+from adc_bench.detector.board import Board, NoBoard, TensorBoard
 from adc_bench.detector.checkpoint import EpochRecord, Progress, load_checkpoint, save_checkpoint
-from adc_bench.detector.data import LabelledPictures, TrainingPictures, epoch_batches, epoch_order
+from adc_bench.detector.data import LabelledPictures
+from adc_bench.detector.data_checks import data_digest
 from adc_bench.detector.decode import DecodeConfig
-from adc_bench.detector.evaluate import SCORE_MIN, DetectionReport, Evaluation
-from adc_bench.detector.loss import Parts, detection_loss
-from adc_bench.detector.model import Network, build_network
+from adc_bench.detector.device import CPU, Place
+from adc_bench.detector.evaluation import SCORE_MIN, DetectionReport, DetectionScore, Evaluation
+from adc_bench.detector.files import write_tensors
+from adc_bench.detector.learner import LOSSES, Learner
+from adc_bench.detector.model import Network
+from adc_bench.detector.pictures import TrainingPictures
 from adc_bench.detector.predict import Detector, predict_all
 from adc_bench.detector.recipe import Recipe, TrainConfig
 from adc_bench.detector.report import draw_curves, draw_history, draw_predictions
 from adc_bench.detector.torch_backend import TorchBackend, load_network, save_network
 from adc_bench.errors import AdcBenchError, InputError
-from adc_bench.world.categories import CATEGORIES
 
 WEIGHTS, CHECKPOINT, METRICS, LOG = "weights.safetensors", "last.safetensors", "metrics.json", "log.jsonl"
+
+Told = Callable[[int, int], None]  # steps done, steps in all
 
 
 def train(
@@ -34,118 +37,164 @@ def train(
     validation: LabelledPictures,
     out: Path,
     *,
-    device: str = "cpu",
+    place: Place = CPU,
     resume: bool = False,
-    told: Callable[[int], None] = lambda done: None,
+    told: Told = lambda done, total: None,
 ) -> DetectionReport:
     """Train by the recipe and fill the folder `out`; return the score of the best epoch's weights.
 
-    The same recipe and pictures give the same weights on one CPU, stopped and resumed or not. `told` hears how many
-    steps are done.
+    The same recipe and pictures give the same weights on one CPU, stopped at any step and resumed or not. In a group of
+    processes the first one writes, and the losses in the log are those of its share.
 
     Raises:
-        InputError: `out` holds files without `resume`, or no fitting checkpoint with it; a dataset has no boxes.
-        AdcBenchError: the loss is no longer finite.
+        InputError: `out` holds files without `resume`, or no fitting checkpoint with it; a dataset has no boxes, or a
+            damaged picture.
+        AdcBenchError: the loss or its gradient is no longer finite.
     """
     torch.set_num_threads(recipe.train.threads)
-    progress = Progress(recipe=recipe, data_sha256=data_digest(training, validation))
-    network = build_network(recipe.model, len(CATEGORIES), recipe.train.seed).to(device)
-    average = build_network(recipe.model, len(CATEGORIES), recipe.train.seed).to(device).requires_grad_(False)
-    optimizer = AdamW(weight_groups(network, recipe.train.weight_decay))
-    if resume:
-        progress = load_checkpoint(out / CHECKPOINT, progress, network, average, optimizer)
-    elif out.is_dir() and any(out.iterdir()):
-        raise InputError(
-            where=str(out),
-            found="a folder that holds files",
-            wanted="a new or empty folder",
-            todo="choose another --out, or go on with the run that is there: --resume",
-        )
+    digest = data_digest(training, validation)
+    if not resume:
+        place.from_first(lambda: _claim(out))
     pictures = TrainingPictures(training, recipe.augment, recipe.train.seed, recipe.train.cache_bytes)
-    for epoch in range(len(progress.history), recipe.train.epochs):
-        losses = train_epoch(recipe, pictures, network, average, optimizer, epoch, told)
-        score = evaluate(average, validation).score() if is_validated(recipe.train, epoch) else None
-        if score and score.map >= progress.best_map():
-            save_network(out / WEIGHTS, average)
-        record = EpochRecord(epoch=epoch, validation=score, losses=losses)
-        progress = msgspec.structs.replace(progress, history=(*progress.history, record))
-        save_checkpoint(out / CHECKPOINT, progress, network, average, optimizer)
-        write_file(out / LOG, b"".join(msgspec.json.encode(past) + b"\n" for past in progress.history))
-    return finish(out, progress, validation, device)
+    run = Run.begin(recipe, pictures, validation, out, place, digest, resume=resume)
+    try:
+        while not run.progress.is_over:
+            run.train_epoch(told)
+            run.end_epoch()
+    finally:
+        run.board.close()
+    report = place.from_first(lambda: msgspec.json.encode(finish(out, run.progress, validation, place.device)))
+    return msgspec.json.decode(report, type=DetectionReport)
 
 
-def train_epoch(
-    recipe: Recipe,
-    pictures: TrainingPictures,
-    network: Network,
-    average: Network,
-    optimizer: AdamW,
-    epoch: int,
-    told: Callable[[int], None] = lambda done: None,
-) -> dict[str, float]:
-    """Train one epoch in place; return the means of the loss and its parts, by name.
+@dataclass(kw_only=True)
+class Run:
+    """A run under way: what learns from what, and how far it is."""
 
-    Raises:
-        AdcBenchError: the loss is no longer finite.
-    """
-    config, device = recipe.train, next(network.parameters()).device
-    steps = steps_per_epoch(recipe, pictures.source)
-    sums = torch.zeros(1 + len(Parts._fields), dtype=torch.float64)
-    network.train()
-    shown = epoch_batches(
-        pictures, batch=config.batch, epoch=epoch, empty_share=config.empty_share, workers=config.workers
+    pictures: TrainingPictures
+    batches: BatchConfig
+    validation: LabelledPictures
+    out: Path
+    place: Place
+    learner: Learner
+    progress: Progress
+    board: Board
+
+    @classmethod
+    def begin(
+        cls,
+        recipe: Recipe,
+        pictures: TrainingPictures,
+        validation: LabelledPictures,
+        out: Path,
+        place: Place,
+        data_sha256: str,
+        *,
+        resume: bool,
+    ) -> "Run":
+        """Return a run at its start, or where its checkpoint in `out` was written."""
+        batches = batch_config(recipe.train, place)
+        learner = Learner(recipe, place, steps_per_epoch(pictures, batches) * recipe.train.epochs)
+        progress = Progress(recipe=recipe, data_sha256=data_sha256, sums=(0.0,) * len(LOSSES))
+        if resume:
+            progress = load_checkpoint(out / CHECKPOINT, progress, learner)
+        elif place.is_first:
+            save_checkpoint(out / CHECKPOINT, progress, learner)  # a run can be resumed from its first moment on
+        return cls(
+            pictures=pictures,
+            batches=batches,
+            validation=validation,
+            out=out,
+            place=place,
+            learner=learner,
+            progress=progress,
+            board=TensorBoard(out, progress.step) if place.is_first else NoBoard(),
+        )
+
+    @property
+    def config(self) -> TrainConfig:
+        """The course of the run."""
+        return self.progress.recipe.train
+
+    @property
+    def steps(self) -> int:
+        """How many steps an epoch has."""
+        return self.learner.steps // self.config.epochs
+
+    def train_epoch(self, told: Told) -> None:
+        """Do what is left of an epoch."""
+        epoch, first = len(self.progress.history), self.progress.step - len(self.progress.history) * self.steps
+        for batch in epoch_batches(self.pictures, self.batches, epoch, first):
+            step = self.progress.step
+            losses, is_finite = self.learner.look(batch)
+            if not is_finite:
+                raise self._stopped(batch, losses)
+            self.learner.learn(step)
+            self._advance(losses)
+            told(step + 1, self.learner.steps)
+
+    def end_epoch(self) -> None:
+        """Score the weights if they are due, and write down what the epoch did."""
+        content = self.place.from_first(lambda: msgspec.json.encode(self._record()))
+        record = msgspec.json.decode(content, type=EpochRecord)
+        history = (*self.progress.history, record)
+        self.progress = msgspec.structs.replace(self.progress, history=history, sums=(0.0,) * len(LOSSES))
+        if self.place.is_first:
+            save_checkpoint(self.out / CHECKPOINT, self.progress, self.learner)
+            write_file(self.out / LOG, b"".join(msgspec.json.encode(past) + b"\n" for past in history))
+
+    def _advance(self, losses: Sequence[float]) -> None:
+        """Count a step, and save the state if it is time; an epoch's end saves it as well."""
+        step = self.progress.step + 1
+        sums = tuple(total + loss for total, loss in zip(self.progress.sums, losses, strict=True))
+        self.progress = msgspec.structs.replace(self.progress, step=step, sums=sums)
+        self.board.show(step, {f"train/{name}": loss for name, loss in zip(LOSSES, losses, strict=True)})
+        if self.place.is_first and step % self.config.checkpoint_steps == 0 and step % self.steps:
+            save_checkpoint(self.out / CHECKPOINT, self.progress, self.learner)
+
+    def _record(self) -> EpochRecord:
+        """Return what the epoch did, the best weights written."""
+        epoch = len(self.progress.history)
+        losses = {name: total / self.steps for name, total in zip(LOSSES, self.progress.sums, strict=True)}
+        score = evaluate(self.learner.average, self.validation).score() if is_validated(self.config, epoch) else None
+        if score:
+            self.board.show(self.progress.step, {"val/map": score.map, "val/map50": score.map50})
+            if score.map >= max(self.progress.maps, default=0.0):
+                save_network(self.out / WEIGHTS, self.learner.average)
+        return EpochRecord(epoch=epoch, losses=losses, validation=score)
+
+    def _stopped(self, batch: Batch, losses: Sequence[float]) -> AdcBenchError:
+        """Write the batch to a file and return the error that names it."""
+        path = self.out / f"bad-batch-{self.place.rank}.safetensors"
+        tensors = {"pictures": batch.pictures.numpy()}
+        for i, truth in enumerate(batch.truths):
+            tensors |= {f"{i}.{name}": part.numpy() for name, part in truth._asdict().items()}
+        epoch, step = len(self.progress.history), self.progress.step
+        ids = [self.pictures.source.image_ids[i] for i in batch.indices]
+        write_tensors(path, tensors, msgspec.json.encode({"epoch": epoch, "step": step, "image_ids": ids}))
+        return AdcBenchError(
+            where=f"training, epoch {epoch}, step {step}",
+            found=f"a loss of {losses[0]} or a gradient without end; the batch is in {path}",
+            wanted="a finite loss and gradient",
+            todo="lower train.learning_rate in the recipe, then start in a new --out folder",
+        )
+
+
+def batch_config(config: TrainConfig, place: Place) -> BatchConfig:
+    """Return how a run's pictures are shared out."""
+    return BatchConfig(
+        batch=config.batch,
+        empty_share=config.empty_share,
+        plain_from=config.epochs - config.plain_epochs,
+        rank=place.rank,
+        processes=place.processes,
+        workers=config.workers,
     )
-    for step, (prepared, truths) in enumerate(shown, start=epoch * steps):
-        x = prepared.to(device, memory_format=torch.channels_last)
-        points, strides = grid_points(x.shape[2], x.shape[3], device)
-        truths = [type(truth)(*(part.to(device) for part in truth)) for truth in truths]
-        loss, parts = detection_loss(recipe.loss, network(x), truths, points, strides)
-        _check_finite(loss, epoch, step)
-        for group in optimizer.param_groups:
-            group["lr"] = learning_rate(config, step, steps * config.epochs)
-        optimizer.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
-        nn.utils.clip_grad_norm_(network.parameters(), config.gradient_norm_max)
-        optimizer.step()
-        update_average(average, network, decay=min(config.average_decay, (1 + step) / (10 + step)))
-        sums += torch.stack([loss, *parts]).detach().cpu().double()
-        told(step + 1)
-    return {name: float(total) / steps for name, total in zip(("loss", *Parts._fields), sums, strict=True)}
-
-
-def steps_per_epoch(recipe: Recipe, training: LabelledPictures) -> int:
-    """Return the number of batches in an epoch, the same for each."""
-    pictures = TrainingPictures(training, recipe.augment, recipe.train.seed)
-    return math.ceil(len(epoch_order(pictures, 0, recipe.train.empty_share)) / recipe.train.batch)
 
 
 def is_validated(config: TrainConfig, epoch: int) -> bool:
     """Whether the weights are scored after this epoch (counted from 0)."""
     return (epoch + 1) % config.validate_every == 0 or epoch + 1 == config.epochs
-
-
-def learning_rate(config: TrainConfig, step: int, steps: int) -> float:
-    """Return the rate at a step: a straight rise, then a cosine down to a hundredth."""
-    rise = min(1.0, (step + 1) / config.warmup_steps)
-    fall = 0.01 + 0.99 * (1 + math.cos(math.pi * step / steps)) / 2
-    return config.learning_rate * rise * fall
-
-
-def weight_groups(network: Network, weight_decay: float) -> list[dict[str, object]]:
-    """Return the parameters in two groups: kernels, which decay, and biases and normalisation, which do not."""
-    kernels = [parameter for parameter in network.parameters() if parameter.ndim > 1]
-    others = [parameter for parameter in network.parameters() if parameter.ndim <= 1]
-    return [{"params": kernels, "weight_decay": weight_decay}, {"params": others, "weight_decay": 0.0}]
-
-
-@torch.no_grad()
-def update_average(average: Network, network: Network, *, decay: float) -> None:
-    """Move the running mean of the weights, and of the normalisation's statistics, towards the network's."""
-    for mean, value in zip(average.state_dict().values(), network.state_dict().values(), strict=True):
-        if mean.is_floating_point():
-            mean.lerp_(value, 1 - decay)
-        else:
-            mean.copy_(value)
 
 
 def evaluate(network: Network, validation: LabelledPictures) -> Evaluation:
@@ -154,10 +203,9 @@ def evaluate(network: Network, validation: LabelledPictures) -> Evaluation:
     return Evaluation(validation, predict_all(detector, validation))
 
 
-def finish(out: Path, progress: Progress, validation: LabelledPictures, device: str) -> DetectionReport:
+def finish(out: Path, progress: Progress, validation: LabelledPictures, device: torch.device) -> DetectionReport:
     """Score the best weights and write the metrics and the figures."""
-    network = load_network(out / WEIGHTS).to(device)
-    evaluation = evaluate(network, validation)
+    evaluation = evaluate(load_network(out / WEIGHTS).to(device), validation)
     report = evaluation.report()
     write_file(out / METRICS, msgspec.json.format(msgspec.json.encode(report)) + b"\n")
     draw_history(out / "loss.png", progress.history)
@@ -166,31 +214,13 @@ def finish(out: Path, progress: Progress, validation: LabelledPictures, device: 
     return report
 
 
-def data_digest(training: LabelledPictures, validation: LabelledPictures) -> str:
-    """Return a digest of both sets' labels.
-
-    Raises:
-        InputError: a set has no boxes, or fewer pictures than one.
-    """
-    digest = hashlib.sha256()
-    for option, source in (("--train", training), ("--val", validation)):
-        labels = [tuple(source.annotations(i)) for i in range(len(source))]
-        if all(label.ignore for picture in labels for label in picture):
-            raise InputError(
-                where=f"the dataset of {option}",
-                found=f"{len(source)} pictures without a single box",
-                wanted="pictures with labelled objects",
-                todo="render more frames: adc-bench render --split NAME --out DIR --frames N",
-            )
-        digest.update(msgspec.json.encode(labels))
-    return digest.hexdigest()
-
-
-def _check_finite(loss: Tensor, epoch: int, step: int) -> None:
-    if not torch.isfinite(loss):
-        raise AdcBenchError(
-            where=f"training, epoch {epoch}, step {step}",
-            found=f"a loss of {loss.item()}",
-            wanted="a finite loss",
-            todo="lower train.learning_rate in the recipe, then start in a new --out folder",
+def _claim(out: Path) -> bytes:
+    """Make sure that nothing lies in a new run's folder; what a broken write left does not count."""
+    if out.is_dir() and any(path.suffix != ".tmp" for path in out.iterdir()):
+        raise InputError(
+            where=str(out),
+            found="a folder that holds files",
+            wanted="a new or empty folder",
+            todo="choose another --out, or go on with the run that is there: --resume",
         )
+    return b""

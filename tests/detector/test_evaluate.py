@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from adc_bench.detector.evaluate import Evaluation
+from adc_bench.detector.evaluation import Evaluation
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.frame import NO_KEYPOINTS, BoxPx, Conditions, Detections, Label
 
@@ -122,15 +122,3 @@ def test_absent_categories_are_no_part_of_the_mean() -> None:
 def test_nothing_found_and_nothing_there() -> None:
     assert Evaluation(Labels([[_label("crosswalk", A)]]), [_found()]).score().map == 0.0
     assert Evaluation(Labels([[]]), [_found(("crosswalk", 0.9, A))]).score().categories == {}
-
-
-def test_the_report_has_a_part_for_each_circumstance(capsys: pytest.CaptureFixture[str]) -> None:
-    truth = Labels([[_label("crosswalk", A)], [_label("crosswalk", A)], [_label("crosswalk", A)]])
-    found = [_found(("crosswalk", 0.9, A)), _found(), _found(("crosswalk", 0.9, A))]
-    evaluation = Evaluation(truth, found)
-    report = evaluation.report()
-    assert report.light["dark"].map == 1.0 and report.light["bright"].map == 0.0
-    assert report.light["dark"].pictures == 2 and report.tunnel["inside"].pictures == 1
-    assert report.tunnel["outside"].map50 == pytest.approx(51 / 101, abs=1e-6)
-    assert evaluation.curves()["crosswalk"].ap50 == pytest.approx(67 / 101, abs=1e-6)
-    assert capsys.readouterr().out == ""
