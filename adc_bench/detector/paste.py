@@ -1,30 +1,10 @@
 """Things put into a picture where nothing is labelled: signs to be found, stripes to be left alone."""
 
-from typing import NamedTuple
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-
-class Example(NamedTuple):
-    """A picture with its truth: rgb (h, w, 3), boxes (m, 4) xyxy px, classes (m,) counted from 0, ignored (m,), and
-    keypoints (m, 4, 3): u, v px and the state (0 outside or none, 1 hidden, 2 seen), from the top left clockwise.
-    """
-
-    rgb: NDArray[np.uint8]
-    boxes: NDArray[np.float32]
-    classes: NDArray[np.int64]
-    ignored: NDArray[np.bool_]
-    keypoints: NDArray[np.float32]
-
-
-class Cutting(NamedTuple):
-    """A sign cut from a picture: rgb (h, w, 3), its class, counted from 0, and its keypoints (4, 3) within `rgb`."""
-
-    rgb: NDArray[np.uint8]
-    category: int
-    keypoints: NDArray[np.float32]
+from adc_bench.detector.example import Cutting, Example
 
 
 def paste_sign(example: Example, cutting: Cutting, rng: np.random.Generator) -> Example:
@@ -41,12 +21,12 @@ def paste_sign(example: Example, cutting: Cutting, rng: np.random.Generator) -> 
     example.rgb[y : y + height, x : x + width] = cv2.resize(
         cutting.rgb, (width, height), interpolation=cv2.INTER_AREA if width < sign_width else cv2.INTER_LINEAR
     )
-    box = np.array([[x, y, x + width, y + height]], dtype=np.float32)
-    scale, shift = np.array([width / sign_width, height / sign_height, 1.0]), np.array([x, y, 0.0])
-    keypoints = np.asarray(cutting.keypoints * scale + shift, np.float32) * (cutting.keypoints[:, 2:] > 0)
+    scale, shift = np.array([[width / sign_width, height / sign_height], [x, y]], np.float32)
+    keypoints = cutting.keypoints.copy()
+    keypoints[:, :2] = (keypoints[:, :2] * scale + shift) * (keypoints[:, 2:] > 0)
     return Example(
         example.rgb,
-        np.concatenate([example.boxes, box]),
+        np.concatenate([example.outlines, (cutting.outline * scale + shift)[None]]),
         np.append(example.classes, cutting.category),
         np.append(example.ignored, False),
         np.concatenate([example.keypoints, keypoints[None]]),
@@ -68,34 +48,30 @@ def paste_stripes(example: Example, rng: np.random.Generator) -> Example:
     if rng.random() < 0.3:
         light ^= _stripes(width, height, angle + np.pi / 2, rng)
     grey, tint = rng.uniform(0.1, 1.0, size=(2, 1)), rng.normal(0, rng.choice([0.05, 0.3]), size=(2, 3))
-    dark, bright = np.clip((grey + tint) * example.rgb.max(), 0, 255).astype(np.uint8)
-    behind = np.ones((height, width, 1), dtype=np.bool_)
-    for x0, y0, x1, y1 in np.round(example.boxes - np.array([x, y, x, y])).astype(int).clip(min=0):
-        behind[y0:y1, x0:x1] = False
+    colours = np.clip((grey + tint) * example.rgb.max(), 0, 255).astype(np.uint8)
     patch = example.rgb[y : y + height, x : x + width]
-    np.copyto(patch, np.where(light, bright, dark), where=behind)
+    before = patch.copy()
+    patch[:] = colours[light.view(np.uint8)]
+    for x0, y0, x1, y1 in np.round(example.boxes - np.array([x, y, x, y])).astype(int).clip(min=0):
+        patch[y0:y1, x0:x1] = before[y0:y1, x0:x1]
     return example
 
 
 def _stripes(width: int, height: int, angle: float, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Return (height, width, 1): where the light stripes of a pattern lie that runs into the distance to one side."""
+    """Return (height, width): where the light stripes of a pattern lie that runs into the distance to one side."""
     u, v = np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)[:, None]
     period, share, phase = np.exp(rng.uniform(np.log(7), np.log(50))), rng.uniform(0.25, 0.75), rng.random()
     fade_u, fade_v = rng.uniform(-0.4, 0.4, size=2)
     nearness = 1 + np.float32(fade_u / width) * u + np.float32(fade_v / height) * v
     across = (u * np.float32(np.cos(angle)) + v * np.float32(np.sin(angle))) / (nearness * np.float32(period))
-    light: NDArray[np.bool_] = ((across + np.float32(phase)) % 1 < share)[..., None]
+    light: NDArray[np.bool_] = (across + np.float32(phase)) % 1 < share
     return light
 
 
 def _free_place(example: Example, width: int, height: int, rng: np.random.Generator) -> tuple[int, int] | None:
     full_height, full_width, _ = example.rgb.shape
     x, y = int(rng.integers(0, max(full_width - width, 1))), int(rng.integers(0, max(full_height - height, 1)))
-    apart = (
-        (example.boxes[:, 0] >= x + width)
-        | (example.boxes[:, 2] <= x)
-        | (example.boxes[:, 1] >= y + height)
-        | (example.boxes[:, 3] <= y)
-    )
+    x0, y0, x1, y1 = example.boxes.T
+    apart = (x0 >= x + width) | (x1 <= x) | (y0 >= y + height) | (y1 <= y)
     fits = width <= full_width and height <= full_height
     return (x, y) if fits and bool(apart.all()) else None

@@ -15,7 +15,7 @@ from adc_bench.detector.data import LabelledPictures
 from adc_bench.detector.data_checks import data_digest
 from adc_bench.detector.decode import DecodeConfig
 from adc_bench.detector.device import CPU, Place
-from adc_bench.detector.evaluation import SCORE_MIN, DetectionReport, DetectionScore, Evaluation
+from adc_bench.detector.evaluation import SCORE_MIN, DetectionReport, Evaluation
 from adc_bench.detector.files import write_tensors
 from adc_bench.detector.learner import LOSSES, Learner
 from adc_bench.detector.model import Network
