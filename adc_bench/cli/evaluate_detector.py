@@ -10,6 +10,9 @@ def detector(
     weights: Annotated[Path, typer.Argument(help="A weights file of `train-detector`.")],
     data: Annotated[str, typer.Option(help="The dataset to score on: its folder or address.")],
     out: Annotated[Path, typer.Option(help="The JSON file to write.")],
+    page: Annotated[
+        Path | None, typer.Option(help="A page (HTML) to write: figures, the worst mistakes, tables.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Score a detector: precision in all and by circumstance, corners, mistakes, calibration."""
@@ -21,6 +24,7 @@ def detector(
     from adc_bench.detector import Detector
     from adc_bench.detector.decode import DecodeConfig
     from adc_bench.detector.evaluation import SCORE_MIN, Evaluation
+    from adc_bench.detector.evaluation.page import page_of
     from adc_bench.detector.evaluation.tables import tables, text_lines
     from adc_bench.detector.predict import predict_all
 
@@ -28,9 +32,12 @@ def detector(
     source = FrameDataset(data)
     with progress_bar("detecting", len(source)) as tell:
         found = predict_all(chosen, source, batch=1, told=tell)  # one at a time, as the driver does
-    report = Evaluation(source, found).report()
+    evaluation = Evaluation(source, found)
+    report = evaluation.report()
     text = msgspec.json.format(msgspec.json.encode(report)) + b"\n"
     write_file(out, text)
+    if page:
+        write_file(page, page_of(evaluation, report, f"{weights.name} on the {source.manifest.split.name} split"))
     if as_json:
         typer.echo(text.decode(), nl=False)
         return

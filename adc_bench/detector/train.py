@@ -1,6 +1,6 @@
 """Training: one loop over epochs; each ends with a checkpoint, and some with a score on the validation pictures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import msgspec
 import torch
 
 from adc_bench.dataset.layout import write_file
-from adc_bench.detector.batches import Batch, BatchConfig, epoch_batches, steps_per_epoch
+from adc_bench.detector.batches import Batch, BatchConfig, run_batches, steps_per_epoch
 from adc_bench.detector.board import Board, NoBoard, TensorBoard
 from adc_bench.detector.checkpoint import EpochRecord, Progress, load_checkpoint, save_checkpoint
 from adc_bench.detector.data import LabelledPictures
@@ -22,7 +22,7 @@ from adc_bench.detector.model import Network
 from adc_bench.detector.pictures import TrainingPictures
 from adc_bench.detector.predict import Detector, predict_all
 from adc_bench.detector.recipe import Recipe, TrainConfig
-from adc_bench.detector.report import draw_curves, draw_history, draw_predictions
+from adc_bench.detector.report import write_report
 from adc_bench.detector.torch_backend import TorchBackend, load_network, save_network
 from adc_bench.errors import AdcBenchError, InputError
 
@@ -71,8 +71,8 @@ def train(
 class Run:
     """A run under way: what learns from what, and how far it is."""
 
-    pictures: TrainingPictures
-    batches: BatchConfig
+    source: LabelledPictures
+    batches: Iterator[Batch]
     validation: LabelledPictures
     out: Path
     place: Place
@@ -93,16 +93,16 @@ class Run:
         resume: bool,
     ) -> "Run":
         """Return a run at its start, or where its checkpoint in `out` was written."""
-        batches = batch_config(recipe.train, place)
-        learner = Learner(recipe, place, steps_per_epoch(pictures, batches) * recipe.train.epochs)
+        config = batch_config(recipe.train, place)
+        learner = Learner(recipe, place, steps_per_epoch(pictures, config) * recipe.train.epochs)
         progress = Progress(recipe=recipe, data_sha256=data_sha256, sums=(0.0,) * len(LOSSES))
         if resume:
             progress = load_checkpoint(out / CHECKPOINT, progress, learner)
         elif place.is_first:
             save_checkpoint(out / CHECKPOINT, progress, learner)  # a run can be resumed from its first moment on
         return cls(
-            pictures=pictures,
-            batches=batches,
+            source=pictures.source,
+            batches=run_batches(pictures, config, recipe.train.epochs, progress.step),
             validation=validation,
             out=out,
             place=place,
@@ -123,9 +123,9 @@ class Run:
 
     def train_epoch(self, told: Told) -> None:
         """Do what is left of an epoch."""
-        epoch, first = len(self.progress.history), self.progress.step - len(self.progress.history) * self.steps
-        for batch in epoch_batches(self.pictures, self.batches, epoch, first):
-            step = self.progress.step
+        end = (len(self.progress.history) + 1) * self.steps
+        for step in range(self.progress.step, end):
+            batch = next(self.batches)
             losses, is_finite = self.learner.look(batch)
             if not is_finite:
                 raise self._stopped(batch, losses)
@@ -170,7 +170,7 @@ class Run:
         for i, truth in enumerate(batch.truths):
             tensors |= {f"{i}.{name}": part.numpy() for name, part in truth._asdict().items()}
         epoch, step = len(self.progress.history), self.progress.step
-        ids = [self.pictures.source.image_ids[i] for i in batch.indices]
+        ids = [self.source.image_ids[i] for i in batch.indices]
         write_tensors(path, tensors, msgspec.json.encode({"epoch": epoch, "step": step, "image_ids": ids}))
         return AdcBenchError(
             where=f"training, epoch {epoch}, step {step}",
@@ -208,9 +208,7 @@ def finish(out: Path, progress: Progress, validation: LabelledPictures, device: 
     evaluation = evaluate(load_network(out / WEIGHTS).to(device), validation)
     report = evaluation.report()
     write_file(out / METRICS, msgspec.json.format(msgspec.json.encode(report)) + b"\n")
-    draw_history(out / "loss.png", progress.history)
-    draw_curves(out / "pr.png", evaluation.curves())
-    draw_predictions(out / "predictions.png", validation, evaluation.found)
+    write_report(out, evaluation, report, progress.history)
     return report
 
 

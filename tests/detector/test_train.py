@@ -76,12 +76,10 @@ def test_a_run_leaves_weights_metrics_log_and_figures(finished: Path, validation
         "last.safetensors",
         "metrics.json",
         "log.jsonl",
-        "loss.png",
-        "pr.png",
+        "report.html",
         "predictions.png",
     }
-    for name in ("loss.png", "pr.png", "predictions.png"):
-        assert cv2.imread(str(finished / name)).min() < 255
+    assert cv2.imread(str(finished / "predictions.png")).min() < 255
     log = [json.loads(line) for line in (finished / "log.jsonl").read_text().splitlines()]
     assert [record["epoch"] for record in log] == [0, 1, 2]
     assert log[2]["loss"] < log[0]["loss"]
@@ -95,7 +93,7 @@ def test_the_same_recipe_gives_the_same_bytes(
     finished: Path, quick: Recipe, training: FrameDataset, validation: FrameDataset, tmp_path: Path
 ) -> None:
     train(quick, training, validation, tmp_path / "again")
-    for name in ("weights.safetensors", "last.safetensors", "metrics.json", "log.jsonl", "loss.png", "predictions.png"):
+    for name in ("weights.safetensors", "last.safetensors", "metrics.json", "log.jsonl", "report.html", "predictions.png"):
         assert (tmp_path / "again" / name).read_bytes() == (finished / name).read_bytes(), name
 
 
