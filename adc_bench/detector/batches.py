@@ -1,6 +1,7 @@
 """Training pictures in batches: their order depends on seed and epoch alone, so that a run goes on in mid-epoch."""
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Generator, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from adc_bench.detector.prepare import prepare
 from adc_bench.detector.targets import Truth
 from adc_bench.errors import AdcBenchError
 from adc_bench.world.streams import stream
+
+Key = tuple[int, list[int]]  # an epoch and indices
 
 
 class Batch(NamedTuple):
@@ -50,13 +53,14 @@ class _Refused(NamedTuple):
 class _Batches(Dataset[Batch | _Refused]):
     """Batches by epoch and the indices in them, as torch's loader wants them."""
 
-    def __init__(self, pictures: TrainingPictures, config: BatchConfig, epoch: int) -> None:
-        self.pictures, self.config, self.epoch = pictures, config, epoch
+    def __init__(self, pictures: TrainingPictures, plain_from: int) -> None:
+        self.pictures, self.plain_from = pictures, plain_from
 
-    def __getitem__(self, indices: list[int]) -> Batch | _Refused:
-        plain = self.epoch >= self.config.plain_from
+    def __getitem__(self, key: Key) -> Batch | _Refused:
+        epoch, indices = key
+        plain = epoch >= self.plain_from
         try:
-            return collate([self.pictures.changed(self.epoch, i, plain=plain) for i in indices], indices)
+            return collate([self.pictures.changed(epoch, i, plain=plain) for i in indices], indices)
         except AdcBenchError as error:
             return _Refused(type(error), error.where, error.found, error.wanted, error.todo)
 
@@ -74,21 +78,18 @@ def steps_per_epoch(pictures: TrainingPictures, config: BatchConfig) -> int:
     return -(-len(epoch_order(pictures, config, 0)) // config.batch)
 
 
-def epoch_batches(pictures: TrainingPictures, config: BatchConfig, epoch: int, first: int = 0) -> Iterator[Batch]:
-    """Yield this process' share of an epoch's batches from number `first` on, the same with any number of workers.
-
-    The last batch may be smaller; a process that would get nothing of it takes its first picture.
+def run_batches(
+    pictures: TrainingPictures, config: BatchConfig, epochs: int, first: int = 0
+) -> Generator[Batch, None, None]:
+    """Yield this process' share of a run's batches from number `first` on, the same with any number of workers.
 
     Raises:
         InputError: a picture is damaged.
     """
-    order = epoch_order(pictures, config, epoch)
-    whole = [order[k : k + config.batch] for k in range(first * config.batch, len(order), config.batch)]
-    shares = [indices[config.rank :: config.processes] or indices[:1] for indices in whole]
     loader = DataLoader(
-        _Batches(pictures, config, epoch),
+        _Batches(pictures, config.plain_from),
         batch_size=None,
-        sampler=shares,
+        sampler=itertools.islice(_keys(pictures, config, epochs), first, None),
         collate_fn=_as_it_is,
         num_workers=config.workers,
     )
@@ -96,6 +97,18 @@ def epoch_batches(pictures: TrainingPictures, config: BatchConfig, epoch: int, f
         if isinstance(batch, _Refused):
             raise batch.kind(where=batch.where, found=batch.found, wanted=batch.wanted, todo=batch.todo)
         yield batch
+
+
+def _keys(pictures: TrainingPictures, config: BatchConfig, epochs: int) -> Iterator[Key]:
+    """Yield the epoch and this process' indices for each batch of a run.
+
+    An epoch's last batch may be smaller; a process that would get nothing of it takes its first picture.
+    """
+    for epoch in range(epochs):
+        order = epoch_order(pictures, config, epoch)
+        for k in range(0, len(order), config.batch):
+            indices = order[k : k + config.batch]
+            yield epoch, indices[config.rank :: config.processes] or indices[:1]
 
 
 def collate(examples: Sequence[Example], indices: list[int]) -> Batch:

@@ -29,7 +29,7 @@ class Learner:
         seed = recipe.train.seed
         self.network = build_network(recipe.model, len(CATEGORIES), seed).to(place.device)
         self.average = build_network(recipe.model, len(CATEGORIES), seed).to(place.device).requires_grad_(False)
-        self.optimizer = AdamW(weight_groups(self.network, recipe.train.weight_decay))
+        self.optimizer = AdamW(weight_groups(self.network, recipe.train.weight_decay), fused=True)
         self._shared: nn.Module = self.network if place.processes == 1 else DistributedDataParallel(self.network)
 
     def look(self, batch: Batch) -> tuple[list[float], bool]:

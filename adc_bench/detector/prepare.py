@@ -17,6 +17,8 @@ def prepare(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     mean = float(means.mean())
     deviation = float(np.sqrt(np.mean(deviations**2 + (means - mean) ** 2)))
     padded = np.zeros((3, height + -height % MULTIPLE_PX, width + -width % MULTIPLE_PX), np.float32)
-    scale = 1 / (deviation + DEVIATION_FLOOR)
-    padded[:, :height, :width] = cv2.dnn.blobFromImage(rgb, scale, mean=(mean, mean, mean))[0]
+    scale = np.float32(1 / (deviation + DEVIATION_FLOOR))
+    for channel, plane in zip(padded[:, :height, :width], cv2.split(rgb), strict=True):
+        np.multiply(plane, scale, out=channel)
+        channel -= np.float32(mean) * scale
     return padded

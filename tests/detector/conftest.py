@@ -7,10 +7,32 @@ from adc_bench.dataset import FrameDataset, load_split
 from adc_bench.detector.augment import AugmentConfig
 from adc_bench.detector.model import ModelConfig
 from adc_bench.detector.recipe import Recipe, TrainConfig
+from adc_bench.detector.tone import ToneConfig
+from adc_bench.detector.warp import WarpConfig
 from adc_bench.generate import render_split
 
 SMALL = ModelConfig(stem=16, widths=(24, 32, 48), depths=(0, 1, 0), neck=24, head=24)
-PLAIN = AugmentConfig(paste=0.0, stripes=0.0, mirror=0.0, zoom=1.0, shift=0.0, exposure_ev=0.0, gamma=1.0, balance=1.0)
+PLAIN = AugmentConfig(
+    mosaic=0.0,
+    stripes=0.0,
+    paste=0.0,
+    mirror=0.0,
+    warp=WarpConfig(probability=0.0),
+    tone=ToneConfig(light=0.0, motion=0.0, defocus=0.0, noise=0.0),
+)
+QUICK = Recipe(
+    train=TrainConfig(
+        threads=1,
+        epochs=3,
+        plain_epochs=1,
+        batch=8,
+        validate_every=2,
+        checkpoint_steps=2,
+        warmup_steps=4,
+        average_decay=0.9,
+    ),
+    model=SMALL,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +67,4 @@ def validation(val_folder: Path) -> FrameDataset:
 @pytest.fixture
 def quick() -> Recipe:
     """Three short epochs of a small network."""
-    return Recipe(
-        train=TrainConfig(threads=1, epochs=3, batch=8, validate_every=2, warmup_steps=4, average_decay=0.9),
-        model=SMALL,
-    )
+    return QUICK
