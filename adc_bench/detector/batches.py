@@ -4,7 +4,6 @@ import itertools
 from collections.abc import Generator, Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
 import torch
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
@@ -113,7 +112,7 @@ def _keys(pictures: TrainingPictures, config: BatchConfig, epochs: int) -> Itera
 
 def collate(examples: Sequence[Example], indices: list[int]) -> Batch:
     """Return examples as a batch."""
-    pictures = torch.from_numpy(np.stack([prepare(example.rgb) for example in examples]))
+    pictures = torch.from_numpy(prepare([example.rgb for example in examples]))
     truths = [
         Truth(*(torch.from_numpy(part) for part in (e.boxes, e.classes, e.ignored, e.keypoints))) for e in examples
     ]

@@ -27,30 +27,31 @@ class Answers(NamedTuple):
 
 class DecodeConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What is kept: detections above `score_min`, of those of one class that overlap by more than `overlap_max`
-    (intersection over union) the best, `count_max` at most; and how near to where an object expects a corner the
-    finest grid's corners must lie, in strides of the point that expects it, and how sure they must be.
+    (intersection over union) the best, `count_max` at most; and how near to where an object expects a corner one must
+    have been seen, in strides of the point that expects it, how surely, and how near to each other points must see it
+    to be taken for one.
     """
 
     score_min: float = 0.25
     overlap_max: float = 0.6
     count_max: int = 100
     corner_reach_strides: float = 1.0
-    corner_score_min: float = 0.4
+    corner_score_min: float = 0.3
+    corner_merge_px: float = 4.0
 
 
 def decode(config: DecodeConfig, answers: Answers, size_px: tuple[int, int]) -> Detections:
     """Return what is on a picture of `size_px` (width, height), best first; boxes are clipped to the picture."""
     points, strides = grid(*size_px)
-    objects = sigmoid(answers.object_logits)
-    likely = np.flatnonzero(objects > config.score_min)
-    scores = objects[likely, None] * _softmax(answers.class_logits[likely])
+    likely = np.flatnonzero(sigmoid(answers.object_logits) > config.score_min)
+    scores = sigmoid(answers.object_logits[likely, None]) * _softmax(answers.class_logits[likely])
     row, category = np.nonzero(scores > config.score_min)
     scores, at = scores[row, category], likely[row]
     boxes = np.clip(_boxes(answers.distance_logits[at], points[at], strides[at]), 0, np.tile(np.float32(size_px), 2))
     kept = _without_doubles(config, boxes, scores, category)
     at = at[kept]
     keypoints = answers.keypoints[at]
-    corners, scale_px = _corners(config, keypoints, answers.corners, points, at, strides[at])
+    corners, scale_px = _corners(config, keypoints, answers.corners, points, strides, at)
     return Detections(
         boxes_px=boxes[kept],
         scores=scores[kept],
@@ -105,24 +106,29 @@ def _without_doubles(config: DecodeConfig, boxes: Array, scores: Array, category
 
 
 def _corners(
-    config: DecodeConfig, keypoints: Array, near: Array, points: Array, at: NDArray[np.intp], strides: Array
+    config: DecodeConfig, keypoints: Array, near: Array, points: Array, strides: Array, at: NDArray[np.intp]
 ) -> tuple[Array, Array]:
     """Return the corners (k, 4, 2) of k objects in pixels and the scales (k, 4) of their errors.
 
-    An object knows about where its corners are, the finest grid knows exactly where some corner is: of its sure corners
-    within reach, the mean weighted by certainty is taken.
+    An object knows about where its corners are; the points nearby know exactly where some corner is. Of the corners
+    that they are sure of, within reach of the expected place, the likeliest is taken, as the mean of what all points
+    beside it say, weighted by certainty.
     """
-    expected = points[at, None] + keypoints[..., :2] * strides[:, None, None]
-    scale_px = np.exp(keypoints[..., 2]) * strides[:, None]
-    score = sigmoid(near[:, 0])
-    sure = np.flatnonzero(score > config.corner_score_min)
-    places = points[sure] + near[sure, 1:3] * STRIDES[0]
-    reach = np.square(config.corner_reach_strides * strides)[:, None, None]
-    within = np.square(expected[:, :, None] - places).sum(axis=-1) < reach
-    weight = within * (score[sure] * np.exp(-2 * near[sure, 3]))
+    expected = points[at, None] + keypoints[..., :2] * strides[at, None, None]
+    scale_px = np.exp(keypoints[..., 2]) * strides[at, None]
+    sure = np.flatnonzero(near[:, 0] > np.log(config.corner_score_min / (1 - config.corner_score_min)))
+    if len(sure) == 0:
+        return expected, scale_px
+    places = points[sure] + near[sure, 1:3] * strides[sure, None]
+    place_scale_px = np.exp(near[sure, 3]) * strides[sure]
+    certainty = sigmoid(near[sure, 0]) / np.square(place_scale_px)
+    away_px = np.linalg.norm(expected[:, :, None] - places, axis=-1)
+    within = away_px < config.corner_reach_strides * strides[at, None, None]
+    likely = within * certainty * np.exp(-away_px / scale_px[..., None])
+    best = places[likely.argmax(axis=-1)]
+    weight = certainty * (np.linalg.norm(best[:, :, None] - places, axis=-1) < config.corner_merge_px)
     total = weight.sum(axis=-1)
-    found, known = total > 0, np.maximum(total, 1e-9)
-    mean = (weight @ places) / known[..., None]
-    finest_px = (weight @ np.exp(near[sure, 3])) / known * STRIDES[0]
+    mean, mean_scale_px = (weight @ places) / total[..., None], (weight @ place_scale_px) / total
+    found = within.any(axis=-1)
     corners = np.where(found[..., None], mean, expected)
-    return corners.astype(np.float32), np.where(found, finest_px, scale_px).astype(np.float32)
+    return corners.astype(np.float32), np.where(found, mean_scale_px, scale_px).astype(np.float32)

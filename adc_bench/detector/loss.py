@@ -1,5 +1,5 @@
 """The training loss: is there an object (as good as its box is), which, the box' overlap, its sides' distributions, its
-corners; and where corners are on the finest grid.
+corners; and where the nearest corner is.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from torch.nn import functional
 from torchvision.ops import complete_box_iou_loss
 
 from adc_bench.detector.boxes import boxes_to_distances, decode_boxes
-from adc_bench.detector.model import STRIDES, Prediction
+from adc_bench.detector.model import Prediction
 from adc_bench.detector.targets import Assignment, AssignmentConfig, CornerTargets, Truth, assign, corner_targets
 from adc_bench.world.frame import KEYPOINT_OUTSIDE, KEYPOINT_VISIBLE
 
@@ -26,10 +26,10 @@ class LossConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     classes: float = 2.0
     overlap: float = 5.0
     distribution: float = 1.0
-    keypoints: float = 0.2
+    keypoints: float = 1.0
     seen: float = 0.5
-    corners: float = 0.2
-    offsets: float = 0.1
+    corners: float = 1.0
+    offsets: float = 0.5
     assignment: AssignmentConfig = AssignmentConfig()
 
 
@@ -51,8 +51,8 @@ def detection_loss(
 ) -> tuple[Tensor, Parts]:
     """Return the loss of a batch and its parts.
 
-    What is said of objects is a sum over points divided by the batch' total quality, what is said of the finest grid's
-    corners is divided by the number of its points near one.
+    What is said of objects is a sum over points divided by the batch' total quality, what is said of corners nearby is
+    divided by the number of points near one.
     """
     prediction = Prediction(*(part.float() for part in prediction))
     scores = prediction.object_logits.detach().sigmoid()
@@ -61,13 +61,11 @@ def detection_loss(
         assign(config.assignment, truth, scores[i], boxes[i].detach(), points, strides)
         for i, truth in enumerate(truths)
     ]
-    finest = points[strides == STRIDES[0]]
-    near = CornerTargets(
-        *(torch.stack(part) for part in zip(*(corner_targets(t, finest) for t in truths), strict=True))
-    )
+    corners = [corner_targets(truth, points, strides) for truth in truths]
+    near = CornerTargets(*(torch.stack(part) for part in zip(*corners, strict=True)))
     parts = Parts(
         *_object_parts(prediction, boxes, truths, found, points, strides),
-        *_corner_parts(prediction.corners, near, finest),
+        *_corner_parts(prediction.corners, near, points, strides),
     )
     return torch.stack([getattr(config, name) * part for name, part in parts._asdict().items()]).sum(), parts
 
@@ -104,10 +102,10 @@ def _object_parts(
     return [term.sum() / total for term in terms]
 
 
-def _corner_parts(corners: Tensor, near: CornerTargets, points: Tensor) -> list[Tensor]:
+def _corner_parts(corners: Tensor, near: CornerTargets, points: Tensor, strides: Tensor) -> list[Tensor]:
     is_near = near.is_near.to(corners.dtype)
     terms = functional.binary_cross_entropy_with_logits(corners[..., 0], is_near, reduction="none") * near.counted
-    offsets = ((near.corners - points) / STRIDES[0])[near.is_near]
+    offsets = ((near.corners - points) / strides[:, None])[near.is_near]
     located = laplace_loss(corners[near.is_near][:, 1:], offsets)
     total = is_near.sum().clamp(min=1.0)
     return [terms.sum() / total, located.sum() / total]

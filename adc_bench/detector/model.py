@@ -1,6 +1,6 @@
 """The network: a small convolutional pyramid that says, for each point of three grids, whether something is there,
-what, how far its box reaches to the left, top, right and bottom, and where about its four corners are; and for each
-point of the finest grid, where exactly the nearest corner of anything is.
+what, how far its box reaches to the left, top, right and bottom, and about where its four corners are; and where
+exactly the nearest corner of anything is, if one is near.
 """
 
 from typing import NamedTuple
@@ -14,13 +14,12 @@ from adc_bench.detector.note import ModelConfig
 
 
 class Prediction(NamedTuple):
-    """Raw answers for n pictures.
+    """Raw answers for n pictures at p points, lengths in strides.
 
-    At p points: whether there is an object, object_logits (n, p); which, class_logits (n, p, classes); how far its
-    sides are, distance_logits (n, p, 4, bins); its corners, keypoints (n, p, 4, 4): u and v from the point in strides,
-    logarithm of their deviation in strides, and the logit of being seen.
-    At the q points of the finest grid, corners (n, q, 4): the logit that a corner is near, u and v to it in strides,
-    logarithm of their deviation in strides.
+    Whether there is an object, object_logits (n, p); which, class_logits (n, p, classes); how far its sides are,
+    distance_logits (n, p, 4, bins); its four corners, keypoints (n, p, 4, 4): u and v from the point, logarithm of the
+    error's scale, logit of being seen. Of any object's corner nearby, corners (n, p, 4): logit that there is one, u and
+    v to it, logarithm of the error's scale.
     """
 
     object_logits: Tensor
@@ -111,26 +110,19 @@ class Head(nn.Module):
         last = nn.Conv2d(config.head, 1 + 4 * config.bins, 1)
         _expect_nothing(last, 1)
         self.where = nn.Sequential(ConvUnit(config.neck, config.head), last)
-        self.keypoints = nn.Sequential(ConvUnit(config.neck, config.head), nn.Conv2d(config.head, 16, 1))
+        last = nn.Conv2d(config.head, 4 + 16, 1)
+        _expect_nothing(last, 1)
+        self.corners = nn.Sequential(ConvUnit(config.neck, config.head), last)
 
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Return class logits (n, h w, classes), object and distance logits (n, h w, 1 + 4 bins), and keypoints
-        (n, h w, 16).
+        """Return class logits (n, h w, classes), object and distance logits (n, h w, 1 + 4 bins), and the corner nearby
+        and the object's own (n, h w, 4 + 16).
         """
-        return self.what(x).flatten(2).mT, self.where(x).flatten(2).mT, self.keypoints(x).flatten(2).mT
-
-
-class CornerHead(nn.Sequential):
-    """The finest map (n, c, h, w) to what is said of corners there (n, 4, h, w)."""
-
-    def __init__(self, config: ModelConfig) -> None:
-        last = nn.Conv2d(config.head, 4, 1)
-        _expect_nothing(last, 1)
-        super().__init__(ConvUnit(config.neck, config.head), last)
+        return self.what(x).flatten(2).mT, self.where(x).flatten(2).mT, self.corners(x).flatten(2).mT
 
 
 class Network(nn.Module):
-    """Backbone, neck, one head per stride and one for corners."""
+    """Backbone, neck and one head per stride."""
 
     def __init__(self, config: ModelConfig, classes: int) -> None:
         super().__init__()
@@ -138,7 +130,6 @@ class Network(nn.Module):
         self.backbone = Backbone(config)
         self.neck = Neck(config)
         self.heads = nn.ModuleList(Head(config, classes) for _ in STRIDES)
-        self.corners = CornerHead(config)
 
     def forward(self, pictures: Tensor) -> Prediction:
         """Return the answers for prepared pictures (n, 3, h, w), h and w multiples of 32; points ordered by stride,
@@ -146,13 +137,13 @@ class Network(nn.Module):
         """
         maps = self.neck(self.backbone(pictures))
         answers = [head(x) for head, x in zip(self.heads, maps, strict=True)]
-        what, where, keypoints = (torch.cat(parts, dim=1) for parts in zip(*answers, strict=True))
+        what, where, corners = (torch.cat(parts, dim=1) for parts in zip(*answers, strict=True))
         return Prediction(
             where[..., 0],
             what,
             where[..., 1:].reshape(len(where), -1, 4, self.config.bins),
-            keypoints.reshape(len(keypoints), -1, 4, 4),
-            self.corners(maps[0]).flatten(2).mT,
+            corners[..., 4:].reshape(len(corners), -1, 4, 4),
+            corners[..., :4],
         )
 
 

@@ -73,18 +73,15 @@ class _Graph:
 
     def heads(self, maps: list[str]) -> None:
         bins, classes = self.note.config.bins, len(self.note.categories)
-        what, where, keypoints = (
-            [self.branch(x, f"heads.{k}.{branch}") for k, x in enumerate(maps)]
-            for branch in ("what", "where", "keypoints")
+        what, where, corners = (
+            self.node("Concat", [self.branch(x, f"heads.{k}.{branch}") for k, x in enumerate(maps)], axis=1)
+            for branch in ("what", "where", "corners")
         )
-        widths = {"object_logits": (0, 1), "distance_logits": (1, 1 + 4 * bins)}
-        joined = self.node("Concat", where, axis=1)
-        objects, distances = (self.cut(joined, *widths[name]) for name in ("object_logits", "distance_logits"))
-        self.answer("object_logits", objects)
-        self.answer("class_logits", self.node("Concat", what, axis=1), classes)
-        self.answer("distance_logits", distances, 4, bins)
-        self.answer("keypoints", self.node("Concat", keypoints, axis=1), 4, 4)
-        self.answer("corners", self.branch(maps[0], "corners"), 4)
+        self.answer("object_logits", self.cut(where, 0, 1))
+        self.answer("class_logits", what, classes)
+        self.answer("distance_logits", self.cut(where, 1, 1 + 4 * bins), 4, bins)
+        self.answer("keypoints", self.cut(corners, 4, 4 + 16), 4, 4)
+        self.answer("corners", self.cut(corners, 0, 4), 4)
 
     def answer(self, name: str, x: str, *sizes: int) -> None:
         """What comes out under a name: (n, points, *sizes)."""

@@ -61,7 +61,7 @@ class Detector:
     def detect(self, pictures: Sequence[NDArray[np.uint8]]) -> list[Detections]:
         """Return what is on each of several pictures of one size (h, w, 3)."""
         height, width, _ = pictures[0].shape
-        answers = self.backend(np.stack([prepare(rgb) for rgb in pictures]))
+        answers = self.backend(prepare(pictures))
         return [decode(self.config, Answers(*one), (width, height)) for one in zip(*answers, strict=True)]
 
 

@@ -13,7 +13,6 @@ from torchvision.ops import box_iou
 from adc_bench.world.frame import KEYPOINT_VISIBLE
 
 FLOOR = 1e-7
-CORNER_REACH_PX = 8.0  # so that every corner has the four points of the finest grid around it
 MINIMUM_STRIDES = 1.5  # a box smaller than this many strides is widened to it, or it might hold no point
 
 
@@ -47,8 +46,8 @@ class Assignment(NamedTuple):
 
 
 class CornerTargets(NamedTuple):
-    """One picture's corners on the finest grid of q points: is_near (q,) whether a seen corner is near, the nearest
-    corner there (q, 2) px, counted (q,) false where a corner is near that nobody can see.
+    """What one picture's corners ask of points: is_near (p,) whether a seen corner is near, the nearest one (p, 2) px,
+    counted (p,) false where a corner is near that nobody can see.
     """
 
     is_near: Tensor
@@ -97,20 +96,23 @@ def centredness(points: Tensor, strides: Tensor, boxes: Tensor) -> Tensor:
     return (1 - (points[None] - centre).abs() / half).clamp(min=0).prod(dim=2)
 
 
-def corner_targets(truth: Truth, points: Tensor) -> CornerTargets:
-    """Return what a picture's corners ask of points (q, 2) of the finest grid."""
+@torch.no_grad()
+def corner_targets(truth: Truth, points: Tensor, strides: Tensor) -> CornerTargets:
+    """Return what a picture's corners ask of points (p, 2) of grids with strides (p,)."""
     states = truth.keypoints[..., 2].flatten()
     at = truth.keypoints[..., :2].reshape(-1, 2)
     is_seen = (states == KEYPOINT_VISIBLE) & ~truth.ignored.repeat_interleave(4)
     seen = at[is_seen]
-    doubtful = _is_near(points, at[(states > 0) & ~is_seen]).any(dim=1)
+    doubtful = _is_near(points, strides, at[(states > 0) & ~is_seen]).any(dim=1)
     if len(seen) == 0:
         return CornerTargets(torch.zeros_like(doubtful), torch.zeros_like(points), ~doubtful)
     nearest = (points[:, None] - seen).square().sum(dim=2).argmin(dim=1)
-    near = _is_near(points, seen).any(dim=1)
+    near = _is_near(points, strides, seen).any(dim=1)
     return CornerTargets(near, seen[nearest], near | ~doubtful)
 
 
-def _is_near(points: Tensor, corners: Tensor) -> Tensor:
-    """Return (q, k): whether points (q, 2) lie within `CORNER_REACH_PX` of corners (k, 2) along both axes."""
-    return ((points[:, None] - corners).abs() < CORNER_REACH_PX).all(dim=2)
+def _is_near(points: Tensor, strides: Tensor, corners: Tensor) -> Tensor:
+    """Return (p, k): whether points (p, 2) lie within a stride of corners (k, 2) along both axes, so that every corner
+    has the four points of each grid around it.
+    """
+    return ((points[:, None] - corners).abs() < strides[:, None, None]).all(dim=2)

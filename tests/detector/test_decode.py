@@ -16,8 +16,8 @@ CONFIG = DecodeConfig()
 
 def empty() -> Answers:
     """Answers on a 64x60 picture that see nothing."""
-    n, q = len(POINTS), int((STRIDES == 8).sum())
-    shapes = ((n,), (n, 21), (n, 4, 16), (n, 4, 4), (q, 4))
+    n = len(POINTS)
+    shapes = ((n,), (n, 21), (n, 4, 16), (n, 4, 4), (n, 4))
     objects, classes, distances, keypoints, corners = (np.zeros(shape, np.float32) for shape in shapes)
     return Answers(objects - 20, classes, distances - 50, keypoints, corners - (20, 0, 0, 0))
 
@@ -94,19 +94,19 @@ def test_an_object_alone_knows_about_where_its_corners_are() -> None:
     assert seen.keypoint_scores[0].tolist() == pytest.approx([0.9526, 0.9526, 0.0474, 0.9526], abs=1e-4)
 
 
-def test_the_finest_grid_knows_exactly() -> None:
-    """Of its corners the sure ones within reach count, by certainty; the others are left alone."""
+def test_the_points_nearby_know_exactly() -> None:
+    """Of the corners seen the likeliest within reach counts, by certainty; the others are left alone."""
     one = answers((27, 2.0, 0, 3))
     one.keypoints[27, 0] = [0.0, 0.0, 0.0, 3.0]
     one.keypoints[27, 1:, :2] = 3.0
     one.corners[27] = [4, 0.25, 0.0, np.log(0.05)]  # 2 px to the right
-    one.corners[28] = [4, -0.25, 0.0, np.log(0.1)]  # 6 px to the right
+    one.corners[28] = [4, -0.625, 0.0, np.log(0.1)]  # 3 px to the right: the same corner
+    one.corners[19] = [4, -0.1, 0.125, np.log(0.3)]  # 7 px above: another one
     one.corners[26] = [-4, 0.9, 0.0, np.log(0.01)]  # not sure
     one.corners[31] = [4, 0.0, 0.0, np.log(0.01)]  # out of reach
     seen = found(one)
-    score = 1 / (1 + np.exp(-4))
-    weights = score * np.array([1 / 0.05**2, 1 / 0.1**2])
-    expected = POINTS[27] + (weights @ [2.0, 6.0] / weights.sum(), 0.0)
+    weights = np.array([1 / 0.05**2, 1 / 0.1**2])
+    expected = POINTS[27] + (weights @ [2.0, 3.0] / weights.sum(), 0.0)
     assert seen.keypoints_px[0, 0] == pytest.approx(expected, abs=1e-4)
     sigma_px = weights @ [0.05, 0.1] / weights.sum() * 8 * 2**0.5
     assert seen.keypoint_sigma_px[0, 0] == pytest.approx(sigma_px, rel=1e-4)

@@ -11,10 +11,9 @@ from torch import Tensor
 from adc_bench.detector.boxes import decode_boxes, grid_points
 from adc_bench.detector.loss import LOG_SCALE, LossConfig, detection_loss, distribution_loss, laplace_loss
 from adc_bench.detector.model import Prediction
-from adc_bench.detector.targets import CORNER_REACH_PX, Truth, assign, centredness, corner_targets
+from adc_bench.detector.targets import Truth, assign, centredness, corner_targets
 
 POINTS, STRIDES = grid_points(64, 96)
-FINEST = POINTS[STRIDES == 8]
 NOTHING = Truth(
     torch.zeros(0, 4), torch.zeros(0, dtype=torch.long), torch.zeros(0, dtype=torch.bool), torch.zeros(0, 4, 3)
 )
@@ -23,8 +22,8 @@ Array = NDArray[np.float64]
 
 def random_prediction(seed: int, pictures: int) -> Prediction:
     generator = torch.Generator().manual_seed(seed)
-    n, q = len(POINTS), len(FINEST)
-    shapes = ((n,), (n, 21), (n, 4, 16), (n, 4, 4), (q, 4))
+    n = len(POINTS)
+    shapes = ((n,), (n, 21), (n, 4, 16), (n, 4, 4), (n, 4))
     return Prediction(*(torch.randn(pictures, *shape, generator=generator) for shape in shapes))
 
 
@@ -100,10 +99,10 @@ def slow_loss(prediction: Prediction, truths: list[Truth]) -> dict[str, float]:
                 if s == 2 and not truth.ignored[b]]  # fmt: skip
         other = [(u, v) for b, points in enumerate(truth.keypoints.tolist()) for u, v, s in points
                  if s == 1 or (s == 2 and truth.ignored[b])]  # fmt: skip
-        for p, (x, y) in enumerate(FINEST.numpy()):
+        for p, (x, y) in enumerate(POINTS.numpy()):
+            stride = float(STRIDES[p])
             is_near, doubtful = (
-                any(abs(x - u) < CORNER_REACH_PX and abs(y - v) < CORNER_REACH_PX for u, v in points)
-                for points in (seen, other)
+                any(abs(x - u) < stride and abs(y - v) < stride for u, v in points) for points in (seen, other)
             )
             answer = corners[p]
             if is_near or not doubtful:
@@ -111,7 +110,7 @@ def slow_loss(prediction: Prediction, truths: list[Truth]) -> dict[str, float]:
             if is_near:
                 u, v = min(seen, key=lambda corner: (corner[0] - x) ** 2 + (corner[1] - y) ** 2)
                 scale = float(np.clip(answer[3], *LOG_SCALE))
-                away = abs(answer[1] - (u - x) / 8) + abs(answer[2] - (v - y) / 8)
+                away = abs(answer[1] - (u - x) / stride) + abs(answer[2] - (v - y) / stride)
                 sums["offsets"] += away / math.exp(scale) + 2 * scale
                 near_count += 1
     return {
@@ -167,8 +166,8 @@ def test_the_scale_that_costs_least_is_the_mean_error() -> None:
 
 
 def _loss(truth: Truth, object_logits: Tensor) -> float:
-    n, q = len(POINTS), len(FINEST)
-    quiet = torch.cat([torch.full((1, q, 1), -9.0), torch.zeros(1, q, 3)], dim=2)
+    n = len(POINTS)
+    quiet = torch.cat([torch.full((1, n, 1), -9.0), torch.zeros(1, n, 3)], dim=2)
     prediction = Prediction(
         object_logits, torch.zeros(1, n, 21), torch.zeros(1, n, 4, 16), torch.zeros(1, n, 4, 4), quiet
     )
@@ -187,11 +186,11 @@ def test_ignored_regions_cost_nothing() -> None:
 
 def test_every_seen_corner_has_the_four_points_around_it() -> None:
     truth = random_truth(5)
-    found = corner_targets(truth, FINEST)
+    found = corner_targets(truth, POINTS, STRIDES)
     for points in truth.keypoints[~truth.ignored].tolist():
         for u, v, state in points:
             if state == 2 and 4 < u < 92 and 4 < v < 60:
-                around = ((FINEST - torch.tensor([u, v])).abs() < 8).all(dim=1)
+                around = ((POINTS - torch.tensor([u, v])).abs() < 8).all(dim=1) & (STRIDES == 8)
                 assert around.sum() == 4 and found.is_near[around].all() and found.counted[around].all()
-    nothing = corner_targets(NOTHING, FINEST)
+    nothing = corner_targets(NOTHING, POINTS, STRIDES)
     assert not nothing.is_near.any() and nothing.counted.all()
