@@ -12,7 +12,7 @@ from torch.optim import Optimizer
 
 from adc_bench.detector.evaluation import DetectionScore
 from adc_bench.detector.files import read_tensors, write_tensors
-from adc_bench.detector.learner import Learner
+from adc_bench.detector.learner import NO_LOSSES, Learner
 from adc_bench.detector.recipe import Recipe
 from adc_bench.errors import InputError
 
@@ -31,14 +31,14 @@ class EpochRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class Progress(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a run is (recipe, digest of its data), the epochs and the steps it has behind it, and the sums of the losses
-    over the epoch's steps so far.
+    """What a run is (recipe, digest of its data), the epochs and the steps it has behind it, and the sums of
+    `learner.LOSSES` over the epoch's steps so far.
     """
 
     recipe: Recipe
     data_sha256: str
     step: int = 0
-    sums: tuple[float, ...] = ()
+    sums: tuple[float, ...] = NO_LOSSES
     history: tuple[EpochRecord, ...] = ()
 
     @property

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float32]
 
 # Directions in which an outline holds the outermost points: along the axes, and as far to either side as pictures turn.
-_ANGLES_RAD = (np.arange(4)[:, None] * np.pi / 2 + np.radians([-6, -3, 0, 3, 6])).ravel()
+_ANGLES_RAD = (np.arange(4)[:, None] * np.pi / 2 + np.radians(np.linspace(-6, 6, 9))).ravel()
 DIRECTIONS = np.stack([np.cos(_ANGLES_RAD), np.sin(_ANGLES_RAD)])
 
 

@@ -17,6 +17,7 @@ from adc_bench.detector.targets import Truth
 from adc_bench.world.categories import CATEGORIES
 
 LOSSES = ("loss", *Parts._fields)
+NO_LOSSES = (0.0,) * len(LOSSES)
 
 
 class Learner:
