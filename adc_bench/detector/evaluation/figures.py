@@ -1,13 +1,14 @@
 """Figures of an evaluation as PNG, on light or on dark paper."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import matplotlib as mpl
 import numpy as np
 from cycler import cycler
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from adc_bench.detector.evaluation.corners import KINDS, errors_px, kind_of
 from adc_bench.detector.evaluation.evaluation import DetectionReport, Evaluation
@@ -55,6 +56,24 @@ def drawings(evaluation: Evaluation, report: DetectionReport) -> dict[str, Draw]
         "Corner errors in the picture": lambda figure: _corner_errors(figure, evaluation),
         "Crosswalk corners on the floor": lambda figure: _floor(figure, evaluation),
     }
+
+
+def draw_approach(
+    figure: Figure,
+    places_m: NDArray[np.float64],
+    scores: Mapping[str, Mapping[str, NDArray[np.float64]]],
+    threshold: float,
+) -> None:
+    """Draw the scores (n,) of the surest crosswalk at places (n,) along a drive, a panel for each camera, a line for
+    each arena.
+    """
+    panels = figure.subplots(len(scores), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (camera, by_arena) in zip(panels, scores.items(), strict=True):
+        for name, of_arena in by_arena.items():
+            axes.plot(places_m, of_arena, linewidth=1.2, label=name)
+        axes.axhline(threshold, color=mpl.rcParams["text.color"], linestyle="--", linewidth=0.8, alpha=0.5)
+        axes.set(ylabel=f"score, {camera} camera", ylim=(-0.02, 1.02))
+    panels[-1].set(xlabel="robot's x in m; the crosswalk's middle is at 0")
 
 
 def _curves(figure: Figure, evaluation: Evaluation) -> None:
