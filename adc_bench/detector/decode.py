@@ -16,12 +16,16 @@ LAPLACE_SIGMA = 2**0.5  # the standard deviation of a Laplace density over its s
 
 
 class Answers(NamedTuple):
-    """The network's raw answers for one picture, as `model.Prediction` holds them, without the pictures' axis."""
+    """The network's raw answers for one picture at p points, as they leave its branches; lengths in strides.
 
-    object_logits: Array
-    class_logits: Array
-    distance_logits: Array
-    keypoints: Array
+    what (classes, p): class logits. where (1 + 4 bins, p): whether there is an object, a logit; how far its left, top,
+    right and bottom side are, logits of distances 0, 1, 2 and so on. corners (4 + 16, p): of any object's corner nearby
+    the logit that there is one, u and v to it, logarithm of the error's scale; of the object's four corners u, v,
+    logarithm of the error's scale, logit of being seen.
+    """
+
+    what: Array
+    where: Array
     corners: Array
 
 
@@ -43,15 +47,16 @@ class DecodeConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 def decode(config: DecodeConfig, answers: Answers, size_px: tuple[int, int]) -> Detections:
     """Return what is on a picture of `size_px` (width, height), best first; boxes are clipped to the picture."""
     points, strides = grid(*size_px)
-    likely = np.flatnonzero(sigmoid(answers.object_logits) > config.score_min)
-    scores = sigmoid(answers.object_logits[likely, None]) * _softmax(answers.class_logits[likely])
+    likely = np.flatnonzero(sigmoid(answers.where[0]) > config.score_min)
+    scores = sigmoid(answers.where[0, likely, None]) * _softmax(answers.what[:, likely].T)
     row, category = np.nonzero(scores > config.score_min)
     scores, at = scores[row, category], likely[row]
-    boxes = np.clip(_boxes(answers.distance_logits[at], points[at], strides[at]), 0, np.tile(np.float32(size_px), 2))
+    distances = answers.where[1:, at].reshape(4, len(answers.where) // 4, len(at)).transpose(2, 0, 1)
+    boxes = np.clip(_boxes(distances, points[at], strides[at]), 0, np.tile(np.float32(size_px), 2))
     kept = _without_doubles(config, boxes, scores, category)
     at = at[kept]
-    keypoints = answers.keypoints[at]
-    corners, scale_px = _corners(config, keypoints, answers.corners, points, strides, at)
+    keypoints = answers.corners[4:, at].reshape(4, 4, len(at)).transpose(2, 0, 1)
+    corners, scale_px = _corners(config, keypoints, answers.corners[:4], points, strides, at)
     return Detections(
         boxes_px=boxes[kept],
         scores=scores[kept],
@@ -116,12 +121,12 @@ def _corners(
     """
     expected = points[at, None] + keypoints[..., :2] * strides[at, None, None]
     scale_px = np.exp(keypoints[..., 2]) * strides[at, None]
-    sure = np.flatnonzero(near[:, 0] > np.log(config.corner_score_min / (1 - config.corner_score_min)))
+    sure = np.flatnonzero(near[0] > np.log(config.corner_score_min / (1 - config.corner_score_min)))
     if len(sure) == 0:
         return expected, scale_px
-    places = points[sure] + near[sure, 1:3] * strides[sure, None]
-    place_scale_px = np.exp(near[sure, 3]) * strides[sure]
-    certainty = sigmoid(near[sure, 0]) / np.square(place_scale_px)
+    places = points[sure] + near[1:3, sure].T * strides[sure, None]
+    place_scale_px = np.exp(near[3, sure]) * strides[sure]
+    certainty = sigmoid(near[0, sure]) / np.square(place_scale_px)
     away_px = np.linalg.norm(expected[:, :, None] - places, axis=-1)
     within = away_px < config.corner_reach_strides * strides[at, None, None]
     likely = within * certainty * np.exp(-away_px / scale_px[..., None])

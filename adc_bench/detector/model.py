@@ -115,10 +115,8 @@ class Head(nn.Module):
         self.corners = nn.Sequential(ConvUnit(config.neck, config.head), last)
 
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Return class logits (n, h w, classes), object and distance logits (n, h w, 1 + 4 bins), and the corner nearby
-        and the object's own (n, h w, 4 + 16).
-        """
-        return self.what(x).flatten(2).mT, self.where(x).flatten(2).mT, self.corners(x).flatten(2).mT
+        """Return the three branches' answers, (n, c, h w) each, as `decode.Answers` has them."""
+        return self.what(x).flatten(2), self.where(x).flatten(2), self.corners(x).flatten(2)
 
 
 class Network(nn.Module):
@@ -135,9 +133,7 @@ class Network(nn.Module):
         """Return the answers for prepared pictures (n, 3, h, w), h and w multiples of 32; points ordered by stride,
         then row, then column, as `grid_points` lists them.
         """
-        maps = self.neck(self.backbone(pictures))
-        answers = [head(x) for head, x in zip(self.heads, maps, strict=True)]
-        what, where, corners = (torch.cat(parts, dim=1) for parts in zip(*answers, strict=True))
+        what, where, corners = (branch.mT.contiguous() for branch in self.branches(pictures))
         return Prediction(
             where[..., 0],
             what,
@@ -145,6 +141,12 @@ class Network(nn.Module):
             corners[..., 4:].reshape(len(corners), -1, 4, 4),
             corners[..., :4],
         )
+
+    def branches(self, pictures: Tensor) -> list[Tensor]:
+        """Return the same answers as they leave the heads, (n, c, p) each."""
+        maps = self.neck(self.backbone(pictures))
+        answers = [head(x) for head, x in zip(self.heads, maps, strict=True)]
+        return [torch.cat(parts, dim=2) for parts in zip(*answers, strict=True)]
 
 
 def _expect_nothing(convolution: nn.Conv2d, channels: int) -> None:

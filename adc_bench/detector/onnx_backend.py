@@ -40,6 +40,6 @@ class OnnxBackend:
             raise refused(path, f"tensors that do not fit the network: {first}") from error
 
     def __call__(self, prepared: NDArray[np.float32], /) -> Sequence[NDArray[np.float32]]:
-        """Return the raw answers for prepared pictures (n, 3, h, w)."""
+        """Return the answers of each branch, (n, c, p), for prepared pictures (n, 3, h, w)."""
         answers: list[NDArray[np.float32]] = self._session.run(None, {"pictures": prepared})
         return answers

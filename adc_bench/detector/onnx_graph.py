@@ -17,23 +17,21 @@ Tensors = Mapping[str, NDArray[np.float32]]
 
 
 def onnx_model(tensors: Tensors, note: WeightsNote) -> bytes:
-    """Return the ONNX file of a network: prepared `pictures` (n, 3, h, w), h and w multiples of 32, to the five raw
-    answers, normalisations folded into their convolutions. Equal weights give equal bytes.
+    """Return the ONNX file of a network: prepared `pictures` (n, 3, h, w), h and w multiples of 32, to the answers
+    of each branch, normalisations folded into their convolutions. Equal weights give equal bytes.
 
     Raises:
         KeyError: a tensor is missing.
     """
     graph = _Graph(tensors, note)
-    fine, middle, coarse = graph.backbone("pictures")
-    maps = graph.neck(fine, middle, coarse)
-    graph.heads(maps)
-    assert tuple(graph.answers) == Answers._fields
+    graph.heads(graph.neck(*graph.backbone("pictures")))
+    shapes = {name: ["n", f"{name}_channels", "p"] for name in Answers._fields}
     model = helper.make_model(
         helper.make_graph(
             graph.nodes,
             "detector",
             [helper.make_tensor_value_info("pictures", TensorProto.FLOAT, ["n", 3, "h", "w"])],
-            [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name, shape in graph.answers.items()],
+            [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name, shape in shapes.items()],
             graph.constants,
         ),
         opset_imports=[helper.make_opsetid("", OPSET)],
@@ -52,7 +50,6 @@ class _Graph:
         self.tensors, self.note = tensors, note
         self.nodes: list[onnx.NodeProto] = []
         self.constants: list[onnx.TensorProto] = []
-        self.answers: dict[str, list[str | int]] = {}  # names and shapes of what comes out at last
 
     def backbone(self, x: str) -> list[str]:
         x = self.unit(self.unit(x, "backbone.stem.0", stride=2), "backbone.stem.1", stride=2)
@@ -72,29 +69,16 @@ class _Graph:
         return [fine, middle, self.add(coarse, self.unit(middle, "neck.down.1", stride=2))]
 
     def heads(self, maps: list[str]) -> None:
-        bins, classes = self.note.config.bins, len(self.note.categories)
-        what, where, corners = (
-            self.node("Concat", [self.branch(x, f"heads.{k}.{branch}") for k, x in enumerate(maps)], axis=1)
-            for branch in ("what", "where", "corners")
-        )
-        self.answer("object_logits", self.cut(where, 0, 1))
-        self.answer("class_logits", what, classes)
-        self.answer("distance_logits", self.cut(where, 1, 1 + 4 * bins), 4, bins)
-        self.answer("keypoints", self.cut(corners, 4, 4 + 16), 4, 4)
-        self.answer("corners", self.cut(corners, 0, 4), 4)
-
-    def answer(self, name: str, x: str, *sizes: int) -> None:
-        """What comes out under a name: (n, points, *sizes)."""
-        self.reshape(x, (0, -1, *sizes), name)
-        self.answers[name] = ["n", f"{name}_points", *sizes]
+        for branch in Answers._fields:
+            parts = [self.branch(x, f"heads.{k}.{branch}") for k, x in enumerate(maps)]
+            self.node("Concat", parts, branch, axis=2)
 
     def branch(self, x: str, name: str) -> str:
-        """A unit and a 1x1 convolution; (n, h w, c) comes out."""
-        x = self.unit(x, f"{name}.0")
+        """A unit and a 1x1 convolution; (n, c, h w) comes out."""
         weight, bias = self.tensors[f"{name}.1.weight"], self.tensors[f"{name}.1.bias"]
+        x = self.unit(x, f"{name}.0")
         x = self.node("Conv", [x, self.constant(weight), self.constant(bias)], kernel_shape=[1, 1])
-        flat = self.reshape(x, (0, len(bias), -1))
-        return self.node("Transpose", [flat], perm=[0, 2, 1])
+        return self.node("Reshape", [x, self.constant(np.array([0, len(bias), -1], np.int64))])
 
     def unit(self, x: str, name: str, stride: int = 1) -> str:
         weight, bias = self.folded(name)
@@ -129,13 +113,6 @@ class _Graph:
         return self.node(
             "Resize", [x, "", scales], mode="nearest", coordinate_transformation_mode="asymmetric", nearest_mode="floor"
         )
-
-    def cut(self, x: str, start: int, end: int) -> str:
-        start_end = [self.constant(np.array([k], np.int64)) for k in (start, end)]
-        return self.node("Slice", [x, *start_end, self.constant(np.array([2], np.int64))])
-
-    def reshape(self, x: str, shape: tuple[int, ...], out: str = "") -> str:
-        return self.node("Reshape", [x, self.constant(np.array(shape, np.int64))], out)
 
     def constant(self, value: NDArray[np.float32] | NDArray[np.int64]) -> str:
         name = f"c{len(self.constants)}"

@@ -19,7 +19,7 @@ class Backend(Protocol):
     """Runs a network."""
 
     def __call__(self, prepared: Array, /) -> Sequence[Array]:
-        """Return the five raw answers, each with n rows, for prepared pictures (n, 3, h, w)."""
+        """Return the answers of each branch, (n, c, p), for prepared pictures (n, 3, h, w)."""
         ...
 
 

@@ -31,9 +31,9 @@ class TorchBackend:
 
     @torch.inference_mode()
     def __call__(self, prepared: NDArray[np.float32], /) -> Sequence[NDArray[np.float32]]:
-        """Return the raw answers for prepared pictures (n, 3, h, w)."""
+        """Return the answers of each branch, (n, c, p), for prepared pictures (n, 3, h, w)."""
         x = torch.from_numpy(prepared).to(self._device, memory_format=torch.channels_last)
-        return [part.cpu().numpy() for part in self._network(x)]
+        return [branch.cpu().numpy() for branch in self._network.branches(x)]
 
 
 def save_network(path: Path, network: Network) -> None:

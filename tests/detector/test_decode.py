@@ -3,6 +3,7 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from torchvision.ops import batched_nms
 
 from adc_bench.detector.boxes import decode_boxes, grid_points
@@ -16,19 +17,24 @@ CONFIG = DecodeConfig()
 
 def empty() -> Answers:
     """Answers on a 64x60 picture that see nothing."""
-    n = len(POINTS)
-    shapes = ((n,), (n, 21), (n, 4, 16), (n, 4, 4), (n, 4))
-    objects, classes, distances, keypoints, corners = (np.zeros(shape, np.float32) for shape in shapes)
-    return Answers(objects - 20, classes, distances - 50, keypoints, corners - (20, 0, 0, 0))
+    answers = Answers(*(np.zeros((channels, len(POINTS)), np.float32) for channels in (21, 1 + 4 * 16, 4 + 16)))
+    answers.where[0] = answers.corners[0] = -20
+    answers.where[1:] = -50
+    return answers
 
 
 def answers(*entries: tuple[int, float, int, int]) -> Answers:
     """(point, object logit, class, side distance in strides)."""
     found = empty()
     for point, logit, category, reach in entries:
-        found.object_logits[point], found.class_logits[point, category] = logit, 20.0
-        found.distance_logits[point, :, reach] = 50.0
+        found.where[0, point], found.what[category, point] = logit, 20.0
+        found.where[1 + reach :: 16, point] = 50.0
     return found
+
+
+def own_corner(given_answers: Answers, point: int, corner: int) -> NDArray[np.float32]:
+    """What a point says of a corner of its object: u, v, logarithm of the scale, logit."""
+    return given_answers.corners[4 + 4 * corner : 8 + 4 * corner, point]
 
 
 def found(given_answers: Answers, **changes: float) -> Detections:
@@ -72,8 +78,9 @@ def test_boxes_and_what_stays_of_them_agree_with_torch(seed: int) -> None:
     rng = np.random.default_rng(seed)
     some = Answers(*(rng.normal(0, 2, part.shape).astype(np.float32) for part in empty()))
     one = found(some, score_min=0.1, overlap_max=0.4)
-    objects, classes, distances = (torch.from_numpy(part) for part in some[:3])
-    scores = objects.sigmoid()[:, None] * classes.softmax(dim=1)
+    what, where = torch.from_numpy(some.what), torch.from_numpy(some.where)
+    distances = where[1:].T.reshape(-1, 4, 16)
+    scores = where[0].sigmoid()[:, None] * what.T.softmax(dim=1)
     row, category = torch.nonzero(scores > 0.1, as_tuple=True)
     boxes = decode_boxes(distances, torch.from_numpy(POINTS), torch.from_numpy(STRIDES))[row]
     boxes = boxes.clamp(min=0).minimum(torch.tensor([64.0, 60.0, 64.0, 60.0]))
@@ -86,7 +93,8 @@ def test_boxes_and_what_stays_of_them_agree_with_torch(seed: int) -> None:
 
 def test_an_object_alone_knows_about_where_its_corners_are() -> None:
     one = answers((27, 2.0, 0, 3))
-    one.keypoints[27] = [[-1, -2, np.log(0.5), 3], [1, -2, 0, 3], [1, 2, 0, -3], [-1, 2, 0, 3]]
+    for k, said in enumerate(([-1, -2, np.log(0.5), 3], [1, -2, 0, 3], [1, 2, 0, -3], [-1, 2, 0, 3])):
+        own_corner(one, 27, k)[:] = said
     seen = found(one)
     x, y = POINTS[27]
     assert seen.keypoints_px[0].tolist() == [[x - 8, y - 16], [x + 8, y - 16], [x + 8, y + 16], [x - 8, y + 16]]
@@ -97,13 +105,14 @@ def test_an_object_alone_knows_about_where_its_corners_are() -> None:
 def test_the_points_nearby_know_exactly() -> None:
     """Of the corners seen the likeliest within reach counts, by certainty; the others are left alone."""
     one = answers((27, 2.0, 0, 3))
-    one.keypoints[27, 0] = [0.0, 0.0, 0.0, 3.0]
-    one.keypoints[27, 1:, :2] = 3.0
-    one.corners[27] = [4, 0.25, 0.0, np.log(0.05)]  # 2 px to the right
-    one.corners[28] = [4, -0.625, 0.0, np.log(0.1)]  # 3 px to the right: the same corner
-    one.corners[19] = [4, -0.1, 0.125, np.log(0.3)]  # 7 px above: another one
-    one.corners[26] = [-4, 0.9, 0.0, np.log(0.01)]  # not sure
-    one.corners[31] = [4, 0.0, 0.0, np.log(0.01)]  # out of reach
+    own_corner(one, 27, 0)[3] = 3.0
+    for k in (1, 2, 3):
+        own_corner(one, 27, k)[:2] = 3.0
+    one.corners[:4, 27] = [4, 0.25, 0.0, np.log(0.05)]  # 2 px to the right
+    one.corners[:4, 28] = [4, -0.625, 0.0, np.log(0.1)]  # 3 px to the right: the same corner
+    one.corners[:4, 19] = [4, -0.1, 0.125, np.log(0.3)]  # 7 px above: another one
+    one.corners[:4, 26] = [-4, 0.9, 0.0, np.log(0.01)]  # not sure
+    one.corners[:4, 31] = [4, 0.0, 0.0, np.log(0.01)]  # out of reach
     seen = found(one)
     weights = np.array([1 / 0.05**2, 1 / 0.1**2])
     expected = POINTS[27] + (weights @ [2.0, 3.0] / weights.sum(), 0.0)
