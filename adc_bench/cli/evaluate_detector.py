@@ -16,6 +16,8 @@ def detector(
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Score a detector: precision in all and by circumstance, corners, mistakes, calibration."""
+    import hashlib
+
     import msgspec
 
     from adc_bench.cli.progress import progress_bar
@@ -23,7 +25,7 @@ def detector(
     from adc_bench.dataset.layout import write_file
     from adc_bench.detector import Detector
     from adc_bench.detector.decode import DecodeConfig
-    from adc_bench.detector.evaluation import SCORE_MIN, Evaluation
+    from adc_bench.detector.evaluation import SCORE_MIN, EvaluatedWeights, Evaluation
     from adc_bench.detector.evaluation.page import page_of
     from adc_bench.detector.evaluation.tables import tables, text_lines
     from adc_bench.detector.predict import predict_all
@@ -33,11 +35,18 @@ def detector(
     with progress_bar("detecting", len(source)) as tell:
         found = predict_all(chosen, source, batch=1, told=tell)  # one at a time, as the driver does
     evaluation = Evaluation(source, found)
-    report = evaluation.report()
-    text = msgspec.json.format(msgspec.json.encode(report)) + b"\n"
+    report, manifest = evaluation.report(), source.manifest
+    result = EvaluatedWeights(
+        weights_sha256=hashlib.sha256(weights.read_bytes()).hexdigest(),
+        split=manifest.split.name,
+        split_sha256=manifest.split_sha256,
+        shards_sha256=manifest.shards_sha256,
+        **msgspec.structs.asdict(report),
+    )
+    text = msgspec.json.format(msgspec.json.encode(result)) + b"\n"
     write_file(out, text)
     if page:
-        write_file(page, page_of(evaluation, report, f"{weights.name} on the {source.manifest.split.name} split"))
+        write_file(page, page_of(evaluation, report, f"{weights.name} on the {manifest.split.name} split."))
     if as_json:
         typer.echo(text.decode(), nl=False)
         return

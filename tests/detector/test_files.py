@@ -134,7 +134,7 @@ def test_the_commands(train_folder: Path, val_folder: Path, tmp_path: Path) -> N
     )  # fmt: skip
     assert str(run / "weights.safetensors") in told and "crosswalk" in told and "mAP50-95" in told
     words = ("evaluate", "detector", run / "weights.safetensors", "--data", val_folder, "--out", tmp_path / "s.json")
-    assert "light dark" in _run(*words)
+    assert "light: dark" in _run(*words)
     report = json.loads(_run(*words, "--json"))
     assert report == json.loads((tmp_path / "s.json").read_text())
     assert report["overall"]["map"] == pytest.approx(

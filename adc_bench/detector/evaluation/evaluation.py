@@ -43,6 +43,17 @@ class DetectionReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     calibration: Calibration
 
 
+class EvaluatedWeights(DetectionReport, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What `evaluate detector` writes: the report, and of what it is, as digests of the weights file, of the dataset's
+    split and of its shards.
+    """
+
+    weights_sha256: str
+    split: str
+    split_sha256: str
+    shards_sha256: str
+
+
 class Evaluation:
     """Truth and detections (scores from `SCORE_MIN` up) of the same pictures, and what is measured of them."""
 
