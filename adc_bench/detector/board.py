@@ -22,10 +22,10 @@ class Board(Protocol):
 
 
 class TensorBoard:
-    """Event files in a run's folder; those of a broken run count up to the `step` at which this one goes on."""
+    """Event files in a run's folder; those of a broken run count for the steps before `first`, where this one goes on."""
 
-    def __init__(self, run: Path, step: int) -> None:
-        self._writer = SummaryWriter(run / FOLDER, purge_step=step)
+    def __init__(self, run: Path, first: int) -> None:
+        self._writer = SummaryWriter(run / FOLDER, purge_step=first)
 
     def show(self, step: int, values: Mapping[str, float]) -> None:
         """Write down figures, by name."""

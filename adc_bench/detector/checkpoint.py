@@ -96,7 +96,7 @@ def _load_optimizer(optimizer: Optimizer, tensors: dict[str, Tensor]) -> None:
         index, key = name.split(".", 1)
         like = parameters[int(index)]
         # Files know no memory layout; a moment lies in memory as its parameter does.
-        value = torch.empty_like(like).copy_(tensor) if key != "step" else tensor
+        value = tensor.reshape(()) if key == "step" else torch.empty_like(like).copy_(tensor)
         entries.setdefault(int(index), {})[key] = value
     optimizer.load_state_dict({"state": entries, "param_groups": optimizer.state_dict()["param_groups"]})
 

@@ -68,7 +68,7 @@ class Run:
             place=place,
             learner=learner,
             progress=progress,
-            board=TensorBoard(out, progress.step) if place.is_first else NoBoard(),
+            board=TensorBoard(out, progress.step + 1) if place.is_first else NoBoard(),
         )
 
     @property

@@ -1,7 +1,11 @@
+from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import pytest
 import torch
+from numpy.typing import NDArray
 
 from adc_bench.dataset import FrameDataset, load_split
 from adc_bench.detector.augment import AugmentConfig
@@ -10,6 +14,9 @@ from adc_bench.detector.recipe import Recipe, TrainConfig
 from adc_bench.detector.tone import ToneConfig
 from adc_bench.detector.warp import WarpConfig
 from adc_bench.generate import render_split
+from adc_bench.geometry import Pose2
+from adc_bench.world.frame import Conditions, Label
+from adc_bench.world.sensors import CameraMount
 
 SMALL = ModelConfig(stem=16, widths=(24, 32, 48), depths=(0, 1, 0), neck=24, head=24)
 PLAIN = AugmentConfig(
@@ -32,6 +39,10 @@ QUICK = Recipe(
         average_decay=0.9,
     ),
     model=SMALL,
+)
+
+UNCLIPPED = msgspec.structs.replace(
+    QUICK, train=msgspec.structs.replace(QUICK.train, epochs=2, validate_every=1, gradient_norm_max=1e6)
 )
 
 
@@ -62,6 +73,35 @@ def training(train_folder: Path) -> FrameDataset:
 @pytest.fixture(scope="session")
 def validation(val_folder: Path) -> FrameDataset:
     return FrameDataset(val_folder)
+
+
+class Some:
+    """Some pictures of a dataset."""
+
+    def __init__(self, source: FrameDataset, indices: Sequence[int]) -> None:
+        self.source, self.indices = source, indices
+        self.image_ids = [source.image_ids[i] for i in indices]
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def picture(self, index: int) -> NDArray[np.uint8]:
+        return self.source.picture(self.indices[index])
+
+    def annotations(self, index: int) -> Sequence[Label]:
+        return self.source.annotations(self.indices[index])
+
+    def conditions(self, index: int) -> Conditions:
+        return self.source.conditions(self.indices[index])
+
+    def pose_world_camera(self, index: int) -> NDArray[np.float64]:
+        return self.source.pose_world_camera(self.indices[index])
+
+    def pose_world_robot(self, index: int) -> Pose2:
+        return self.source.pose_world_robot(self.indices[index])
+
+    def mount(self, index: int) -> CameraMount:
+        return self.source.mount(self.indices[index])
 
 
 @pytest.fixture
