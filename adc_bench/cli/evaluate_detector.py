@@ -26,6 +26,7 @@ def detector(
     from adc_bench.detector import Detector
     from adc_bench.detector.decode import DecodeConfig
     from adc_bench.detector.evaluation import SCORE_MIN, EvaluatedWeights, Evaluation
+    from adc_bench.detector.evaluation.circumstances import CIRCUMSTANCES
     from adc_bench.detector.evaluation.page import page_of
     from adc_bench.detector.evaluation.tables import tables, text_lines
     from adc_bench.detector.predict import predict_all
@@ -35,7 +36,9 @@ def detector(
     with progress_bar("detecting", len(source)) as tell:
         found = predict_all(chosen, source, batch=1, told=tell)  # one at a time, as the driver does
     evaluation = Evaluation(source, found)
-    report, manifest = evaluation.report(), source.manifest
+    with progress_bar("measuring", len(CIRCUMSTANCES)) as tell:
+        report = evaluation.report(tell)
+    manifest = source.manifest
     result = EvaluatedWeights(
         weights_sha256=hashlib.sha256(weights.read_bytes()).hexdigest(),
         split=manifest.split.name,

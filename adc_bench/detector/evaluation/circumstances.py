@@ -15,6 +15,7 @@ from adc_bench.world.look import LIGHT_LEVELS
 # COCO's limits of 32 and 96 px, made for pictures about 640 px wide, as shares of the picture's width.
 SMALL_SHARE, LARGE_SHARE = 0.05, 0.15
 BLUR_PX = (0.5, 3.0)
+CIRCUMSTANCES = ("light", "tunnel", "blur", "size", "distance", "visible")
 
 
 class Bands(NamedTuple):

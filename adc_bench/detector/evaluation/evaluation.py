@@ -1,7 +1,7 @@
 """All that is measured of a detector on labelled pictures, as one record."""
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
 
 import msgspec
 import numpy as np
@@ -28,6 +28,9 @@ class CircumstanceScore(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     recall: Recall
 
 
+Parts = dict[str, CircumstanceScore]
+
+
 class DetectionReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The score of all pictures, that of each circumstance (`circumstances.py`), what the operating threshold leads to,
     the corners of crosswalks, panels and signs in the picture, those of the crosswalk on the floor, by range, and the
@@ -36,7 +39,7 @@ class DetectionReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
     schema: str = "adc-bench/detection/2"
     overall: DetectionScore
-    circumstances: dict[str, dict[str, CircumstanceScore]]
+    circumstances: dict[str, Parts]
     operating: OperatingPoint
     corners: dict[str, CornerScore]
     floor: dict[str, FloorScore]
@@ -86,34 +89,37 @@ class Evaluation:
         """Return the precision-recall curve of each category that has objects."""
         return self._scorer.curves()
 
-    def report(self) -> DetectionReport:
-        """Return all that is measured."""
+    def report(self, told: Callable[[int], None] = lambda done: None) -> DetectionReport:
+        """Return all that is measured; `told` hears how many of the `CIRCUMSTANCES` are done."""
+        circumstances = {}
+        for done, (kind, score) in enumerate(self._by_circumstance().items(), start=1):
+            circumstances[kind] = score()
+            told(done)
         return DetectionReport(
             overall=self.score(),
-            circumstances={**self._by_picture(), **self._by_object()},
+            circumstances=circumstances,
             operating=operating_point(self.source, self.matches, self.threshold),
             corners=corner_scores(self.matches, self.corners),
             floor=floor_scores(self.floor),
             calibration=calibration(self.matches),
         )
 
-    def _by_picture(self) -> dict[str, dict[str, CircumstanceScore]]:
+    def _by_circumstance(self) -> dict[str, Callable[[], Parts]]:
+        groups, bands = groups_of(self.source), bands_of(self.source.mount(0).width_px)
+        of_pictures = {kind: partial(self._in_groups, members) for kind, members in groups.items()}
+        of_objects = {kind: partial(self._in_bands, kind, of_kind) for kind, of_kind in bands.items()}
+        return {**of_pictures, **of_objects}
+
+    def _in_groups(self, members: Mapping[str, Sequence[int]]) -> Parts:
         return {
-            kind: {
-                name: CircumstanceScore(
-                    score=self._scorer.score(indices),
-                    recall=recall_of(self.matches, self.threshold, np.isin(self.matches.label_picture, indices)),
-                )
-                for name, indices in members.items()
-            }
-            for kind, members in groups_of(self.source).items()
+            name: CircumstanceScore(
+                score=self._scorer.score(indices),
+                recall=recall_of(self.matches, self.threshold, np.isin(self.matches.label_picture, indices)),
+            )
+            for name, indices in members.items()
         }
 
-    def _by_object(self) -> dict[str, dict[str, CircumstanceScore]]:
-        width_px = self.source.mount(0).width_px if len(self.source) else 0
-        return {kind: self._in_bands(kind, bands) for kind, bands in bands_of(width_px).items()}
-
-    def _in_bands(self, kind: str, bands: Bands) -> dict[str, CircumstanceScore]:
+    def _in_bands(self, kind: str, bands: Bands) -> Parts:
         of_label = np.array([bands.of_label(label) for label in self.matches.labels])
         of_found = np.array([box_side_px(box) for box in self.matches.boxes_px]) if kind == "size" else np.nan
         scores = self._scorer.score_bands(bands.bands, of_label, of_found)
