@@ -11,6 +11,11 @@ adc-bench render --split val --frames 640 --out $work/val
 resume=--resume
 [ -e $work/run/last.safetensors ] || { rm -rf $work/run && resume=; }
 adc-bench train-detector --train $work/train --val $work/val --out $work/run --device cpu \
-  --config adc_bench/detector/recipes/shipped.toml $resume
-mkdir -p adc_bench/detector/weights
-cp $work/run/weights.safetensors adc_bench/detector/weights/adc-n.safetensors
+  --config adc_bench/detector/recipes/n.toml $resume
+weights=adc_bench/detector/weights/n.safetensors
+cp $work/run/weights.safetensors $weights
+
+adc-bench render --split test --out $work/test
+adc-bench evaluate detector $weights --data $work/test --out $work/test.json --page $work/test.html
+python scripts/model_card.py $weights --run $work/run --recipe adc_bench/detector/recipes/n.toml \
+  --train $work/train --val $work/val --test $work/test --report $work/test.json
