@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Literal, NamedTuple
 
+import numpy as np
 import torch
 from torch import distributed
 
@@ -29,11 +30,14 @@ class Place(NamedTuple):
         """Return what `make` gives in the first process, in all; the others wait for it."""
         if self.processes == 1:
             return make()
-        held = torch.frombuffer(bytearray(make()), dtype=torch.uint8).to(self.device) if self.is_first else None
-        size = torch.tensor([0 if held is None else len(held)], device=self.device)
+        made = np.frombuffer(make() if self.is_first else b"", np.uint8)
+        size = torch.tensor([made.size], device=self.device)
         distributed.broadcast(size, 0)
-        content = torch.empty(int(size), dtype=torch.uint8, device=self.device) if held is None else held
-        distributed.broadcast(content, 0)
+        content = torch.empty(int(size), dtype=torch.uint8)
+        content[: made.size] = torch.from_numpy(made.copy())
+        content = content.to(self.device)
+        if content.numel():
+            distributed.broadcast(content, 0)
         return content.cpu().numpy().tobytes()
 
 
