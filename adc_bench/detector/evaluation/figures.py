@@ -41,7 +41,7 @@ def png(draw: Draw, ink: str, size_in: tuple[float, float] = (6.4, 4.2)) -> byte
             axes.set_facecolor("none")
             axes.grid(alpha=0.25)
             if axes.get_legend_handles_labels()[0]:
-                axes.legend(fontsize="small", framealpha=0.0)
+                axes.legend(fontsize="small", framealpha=0.0, markerscale=2)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
     return buffer.getvalue()

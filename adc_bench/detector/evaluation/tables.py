@@ -57,7 +57,7 @@ def headline(report: DetectionReport) -> Table:
             for name, score in report.floor.items()
         ),
         ("calibration error", _share(report.calibration.expected_error)),
-        ("best threshold here", f"{point.threshold_by_rule:g}"),
+        ("threshold by the rule, here", f"{point.threshold_by_rule:g}"),
     ]
     return Table(
         title=f"{overall.pictures} pictures",
