@@ -16,7 +16,7 @@ from adc_bench.detector.device import choose_device
 from adc_bench.detector.model import build_network
 from adc_bench.detector.note import ARCHITECTURE, NOTE, ModelConfig, WeightsNote
 from adc_bench.detector.predict import Runtime
-from adc_bench.detector.recipe import RECIPES, Recipe, load_recipe
+from adc_bench.detector.recipe import RECIPES, Recipe, known_recipes, load_recipe
 from adc_bench.detector.torch_backend import load_network, save_network
 from adc_bench.errors import AdcBenchError, InputError, MachineError
 from adc_bench.world.categories import CATEGORIES
@@ -93,12 +93,18 @@ def test_weights_that_cannot_be_used(weights: Path, tmp_path: Path) -> None:
     _refused(bad, "weights that are not finite numbers")
 
 
-@pytest.mark.parametrize("path", sorted(RECIPES.glob("*.toml")), ids=lambda path: path.stem)
-def test_our_recipes_can_be_read(path: Path) -> None:
-    recipe = load_recipe(path)
-    assert load_recipe(path, epochs=3).train.epochs == 3
-    assert load_recipe(path, epochs=3).model == recipe.model
-    assert recipe.model == ModelConfig()
+@pytest.mark.parametrize("name", known_recipes())
+def test_our_recipes_can_be_read(name: str) -> None:
+    recipe = load_recipe(name)
+    assert load_recipe(str(RECIPES / f"{name}.toml")) == recipe
+    assert load_recipe(name, epochs=3).train.epochs == 3
+    assert load_recipe(name, epochs=3).model == recipe.model
+    assert (recipe.model == ModelConfig()) == (name != "s")
+
+
+def test_an_unknown_recipe_is_told_with_those_that_are_known() -> None:
+    with pytest.raises(InputError, match=r"recipe 'xl'\n.*an unknown name\n.*one of demo, n, s, or the path"):
+        load_recipe("xl")
 
 
 @pytest.mark.parametrize(
@@ -113,7 +119,7 @@ def test_our_recipes_can_be_read(path: Path) -> None:
 def test_recipes_that_cannot_be_read(tmp_path: Path, text: str, found: str) -> None:
     (tmp_path / "r.toml").write_text(text)
     with pytest.raises(InputError, match=found):
-        load_recipe(tmp_path / "r.toml")
+        load_recipe(str(tmp_path / "r.toml"))
     assert msgspec.structs.asdict(Recipe())
 
 
