@@ -22,7 +22,7 @@ class Board(Protocol):
 
 
 class TensorBoard:
-    """Event files in a run's folder; those of a broken run count for the steps before `first`, where this one goes on."""
+    """Event files in a run's folder; those of a broken run count up to the step before `first`."""
 
     def __init__(self, run: Path, first: int) -> None:
         self._writer = SummaryWriter(run / FOLDER, purge_step=first)

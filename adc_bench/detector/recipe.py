@@ -21,7 +21,8 @@ class TrainConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     to a hundredth along a cosine. Scored is the weights' running mean with `average_decay` a step, after every
     `validate_every` epochs and after the last; the best are kept, and the run ends early after `patience` scores
     without a better one. Its state is saved every `checkpoint_steps` and after every epoch. `threads` is part of it,
-    for it decides the order of sums.
+    for it decides the order of sums; `workers` (processes that change pictures) and `cache_bytes` (of pictures held in
+    memory, in each process that changes them) decide nothing but time.
     """
 
     seed: int = 0
