@@ -17,7 +17,8 @@ import msgspec
 from adc_bench.dataset import FrameDataset
 from adc_bench.dataset.layout import write_file
 from adc_bench.detector.evaluation import DetectionReport, EvaluatedWeights
-from adc_bench.detector.evaluation.tables import markdown_lines, tables
+from adc_bench.detector.evaluation.table import markdown_lines
+from adc_bench.detector.evaluation.tables import tables
 from adc_bench.detector.weights import read_weights
 
 TEMPLATE = """\

@@ -28,7 +28,8 @@ def detector(
     from adc_bench.detector.evaluation import SCORE_MIN, EvaluatedWeights, Evaluation
     from adc_bench.detector.evaluation.circumstances import CIRCUMSTANCES
     from adc_bench.detector.evaluation.page import page_of
-    from adc_bench.detector.evaluation.tables import tables, text_lines
+    from adc_bench.detector.evaluation.table import text_lines
+    from adc_bench.detector.evaluation.tables import tables
     from adc_bench.detector.predict import predict_all
 
     chosen = Detector.load(weights, config=DecodeConfig(score_min=SCORE_MIN))

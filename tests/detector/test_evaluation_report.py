@@ -12,7 +12,8 @@ from adc_bench.detector.evaluation.calibration import calibration
 from adc_bench.detector.evaluation.matching import Matches, match
 from adc_bench.detector.evaluation.operating import choose_threshold, operating_point, pictures_without
 from adc_bench.detector.evaluation.page import page_of
-from adc_bench.detector.evaluation.tables import markdown_lines, tables, text_lines
+from adc_bench.detector.evaluation.table import markdown_lines, text_lines
+from adc_bench.detector.evaluation.tables import tables
 from adc_bench.world.frame import Detections
 
 A, B = (10.0, 10.0, 50.0, 50.0), (100.0, 100.0, 140.0, 140.0)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from adc_bench.detector.evaluation.evaluation import DetectionReport, Evaluation
 from adc_bench.detector.evaluation.figures import INKS, Draw, drawings, png
 from adc_bench.detector.evaluation.mistakes import Mistake, invented, misplaced, missed
-from adc_bench.detector.evaluation.tables import Table, tables
+from adc_bench.detector.evaluation.table import Table
+from adc_bench.detector.evaluation.tables import tables
 
 MISTAKES_MOST = 8
 JPEG_QUALITY = 88

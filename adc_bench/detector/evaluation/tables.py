@@ -1,23 +1,12 @@
-"""A report as tables of text, for the terminal, the page and the model card."""
-
-from collections.abc import Iterator
-from typing import NamedTuple
+"""A report as tables: for the terminal, the page and the model card."""
 
 from adc_bench.detector.evaluation.corners import SEEN_SCORE_MIN
 from adc_bench.detector.evaluation.evaluation import DetectionReport
 from adc_bench.detector.evaluation.operating import CROSSWALK_RANGE_M, Recall
 from adc_bench.detector.evaluation.spread import Spread
+from adc_bench.detector.evaluation.table import Table
 
 NOTHING = "-"
-
-
-class Table(NamedTuple):
-    """A title, the columns' names, rows whose first cell names them, and a sentence on what the figures are."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str
 
 
 def tables(report: DetectionReport) -> list[Table]:
@@ -66,27 +55,6 @@ def headline(report: DetectionReport) -> Table:
         note=f"Detections are believed from a score of {point.threshold:g} on; an object counts as found at an overlap "
         "of 0.50. Floor errors are those through the camera's true pose.",
     )
-
-
-def text_lines(table: Table) -> Iterator[str]:
-    """Yield a table as aligned text, its title first."""
-    cells = [table.columns, *table.rows]
-    widths = [max(len(row[k]) for row in cells) for k in range(len(table.columns))]
-    yield table.title
-    for row in cells[1 if len(table.columns) == 2 else 0 :]:
-        yield (
-            "  "
-            + "  ".join(
-                cell.ljust(width) if k in (0, len(row) - 1) else cell.rjust(width)
-                for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-            ).rstrip()
-        )
-
-
-def markdown_lines(table: Table) -> Iterator[str]:
-    """Yield a table as Markdown, its title and its note first."""
-    yield from (f"### {table.title}", "", table.note, "", _bars(table.columns), "|---" * len(table.columns) + "|")
-    yield from (_bars(row) for row in table.rows)
 
 
 def _categories(report: DetectionReport) -> Table:
@@ -209,7 +177,3 @@ def _cm(spread: Spread, *, p95: bool = False) -> str:
 
 def _recall(recall: Recall) -> str:
     return f"{_share(recall.recall)} ({recall.found} of {recall.objects})"
-
-
-def _bars(cells: tuple[str, ...]) -> str:
-    return f"| {' | '.join(cells)} |"
