@@ -26,7 +26,8 @@ def train_detector(
     from adc_bench.detector.data_checks import check_classes
     from adc_bench.detector.device import take_place
     from adc_bench.detector.recipe import load_recipe
-    from adc_bench.detector.train import METRICS, WEIGHTS
+    from adc_bench.detector.run import WEIGHTS
+    from adc_bench.detector.train import METRICS
     from adc_bench.detector.train import train as train_run
 
     recipe = load_recipe(config, epochs=epochs)

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from adc_bench.detector.model import STRIDES
+from adc_bench.detector.decode import STRIDES
 
 
 def grid_points(height_px: int, width_px: int, device: torch.device | str = "cpu") -> tuple[Tensor, Tensor]:

@@ -52,7 +52,7 @@ def decode(config: DecodeConfig, answers: Answers, size_px: tuple[int, int]) -> 
     row, category = np.nonzero(scores > config.score_min)
     scores, at = scores[row, category], likely[row]
     distances = answers.where[1:, at].reshape(4, len(answers.where) // 4, len(at)).transpose(2, 0, 1)
-    boxes = np.clip(_boxes(distances, points[at], strides[at]), 0, np.tile(np.float32(size_px), 2))
+    boxes = np.clip(_boxes(distances, points[at], strides[at]), 0, np.array(2 * size_px, np.float32))
     kept = _without_doubles(config, boxes, scores, category)
     at = at[kept]
     keypoints = answers.corners[4:, at].reshape(4, 4, len(at)).transpose(2, 0, 1)
@@ -103,11 +103,12 @@ def _without_doubles(config: DecodeConfig, boxes: Array, scores: Array, category
     if len(boxes) == 0:
         return np.zeros(0, np.intp)
     sides = np.concatenate([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]], axis=1)
-    kept = cv2.dnn.NMSBoxesBatched(
+    found = cv2.dnn.NMSBoxesBatched(
         sides.tolist(), scores.tolist(), category.tolist(), config.score_min, config.overlap_max
     )
-    kept = np.sort(np.asarray(kept, np.intp))
-    return kept[np.argsort(-scores[kept], kind="stable")][: config.count_max]
+    kept = np.sort(np.asarray(found, np.intp))
+    best: NDArray[np.intp] = kept[np.argsort(-scores[kept], kind="stable")][: config.count_max]
+    return best
 
 
 def _corners(

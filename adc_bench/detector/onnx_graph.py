@@ -1,6 +1,7 @@
 """The network of a weights file as an ONNX graph, put together without torch; `model.Network` node by node."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -119,7 +120,7 @@ class _Graph:
         self.constants.append(numpy_helper.from_array(np.ascontiguousarray(value), name))
         return name
 
-    def node(self, kind: str, inputs: list[str], out: str = "", **attributes: object) -> str:
+    def node(self, kind: str, inputs: list[str], out: str = "", **attributes: Any) -> str:
         name = out or f"x{len(self.nodes)}"
         self.nodes.append(helper.make_node(kind, inputs, [name], **attributes))
         return name
