@@ -16,5 +16,5 @@ cp $work/run/weights.safetensors $weights
 
 adc-bench render --split test --frames 2000 --out $work/test
 adc-bench evaluate detector $weights --data $work/test --out $work/test.json --page $work/test.html
-python scripts/model_card.py $weights --run $work/run --recipe adc_bench/detector/recipes/n.toml \
+python scripts/model_card.py $weights --run $work/run --recipe adc_bench/detector/training/recipes/n.toml \
   --train $work/train --val $work/val --test $work/test --report $work/test.json

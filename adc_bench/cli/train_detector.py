@@ -23,12 +23,12 @@ def train_detector(
     """Train a detector and score it on the validation pictures; on several GPUs when started by `torchrun`."""
     from adc_bench.cli.progress import progress_bar
     from adc_bench.dataset import FrameDataset
-    from adc_bench.detector.data_checks import check_classes
-    from adc_bench.detector.device import take_place
-    from adc_bench.detector.recipe import load_recipe
-    from adc_bench.detector.run import WEIGHTS
-    from adc_bench.detector.train import METRICS
-    from adc_bench.detector.train import train as train_run
+    from adc_bench.detector.training.data_checks import check_classes
+    from adc_bench.detector.training.device import take_place
+    from adc_bench.detector.training.recipe import load_recipe
+    from adc_bench.detector.training.run import WEIGHTS
+    from adc_bench.detector.training.train import METRICS
+    from adc_bench.detector.training.train import train as train_run
 
     recipe = load_recipe(config, epochs=epochs)
     with take_place(device) as place:

@@ -36,7 +36,7 @@ class DecodeConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     to be taken for one.
     """
 
-    score_min: float = 0.25
+    score_min: float = 0.4
     overlap_max: float = 0.6
     count_max: int = 100
     corner_reach_strides: float = 1.0

@@ -18,11 +18,11 @@ def call(weights: str, runtime: str, threads: int) -> None:
 def train(threads: int, batch: int) -> None:
     import torch
 
-    from adc_bench.detector.boxes import grid_points
-    from adc_bench.detector.loss import LossConfig, detection_loss
     from adc_bench.detector.model import build_network
     from adc_bench.detector.note import ModelConfig
-    from adc_bench.detector.targets import Truth
+    from adc_bench.detector.training.boxes import grid_points
+    from adc_bench.detector.training.loss import LossConfig, detection_loss
+    from adc_bench.detector.training.targets import Truth
     from adc_bench.world.categories import CATEGORIES
 
     torch.set_num_threads(threads)

@@ -8,11 +8,11 @@ import torch
 from numpy.typing import NDArray
 
 from adc_bench.dataset import FrameDataset, load_split
-from adc_bench.detector.augment import AugmentConfig
 from adc_bench.detector.model import ModelConfig
-from adc_bench.detector.recipe import Recipe, TrainConfig
-from adc_bench.detector.tone import ToneConfig
-from adc_bench.detector.warp import WarpConfig
+from adc_bench.detector.training.augment import AugmentConfig
+from adc_bench.detector.training.recipe import Recipe, TrainConfig
+from adc_bench.detector.training.tone import ToneConfig
+from adc_bench.detector.training.warp import WarpConfig
 from adc_bench.generate import render_split
 from adc_bench.geometry import Pose2
 from adc_bench.world.frame import Conditions, Label

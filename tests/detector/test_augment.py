@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from adc_bench.dataset import FrameDataset
-from adc_bench.detector.augment import AugmentConfig, augment
-from adc_bench.detector.example import DIRECTIONS, Cutting, Example, outline
-from adc_bench.detector.paste import paste_sign, paste_stripes
-from adc_bench.detector.pictures import TrainingPictures, load_example
-from adc_bench.detector.tone import ToneConfig, add_noise, relight, retone, shake
-from adc_bench.detector.warp import MIRRORED, KeptConfig, WarpConfig, draw_matrix, mirror, mosaic, warp
+from adc_bench.detector.training.augment import AugmentConfig, augment
+from adc_bench.detector.training.example import DIRECTIONS, Cutting, Example, outline
+from adc_bench.detector.training.paste import paste_sign, paste_stripes
+from adc_bench.detector.training.pictures import TrainingPictures, load_example
+from adc_bench.detector.training.tone import ToneConfig, add_noise, relight, retone, shake
+from adc_bench.detector.training.warp import MIRRORED, KeptConfig, WarpConfig, draw_matrix, mirror, mosaic, warp
 from adc_bench.world.categories import CATEGORIES
 
 UP, LEFT, RIGHT, PARK = (CATEGORIES.index(f"panel_{sign}") for sign in ("up", "left", "right", "park"))

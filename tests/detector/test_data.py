@@ -6,11 +6,11 @@ import pytest
 import torch
 
 from adc_bench.dataset import FrameDataset
-from adc_bench.detector.augment import AugmentConfig
-from adc_bench.detector.batches import Batch, BatchConfig, epoch_order, run_batches, steps_per_epoch
 from adc_bench.detector.data import keypoints_as_seen, truth_arrays
-from adc_bench.detector.data_checks import check_classes
-from adc_bench.detector.pictures import TrainingPictures
+from adc_bench.detector.training.augment import AugmentConfig
+from adc_bench.detector.training.batches import Batch, BatchConfig, epoch_order, run_batches, steps_per_epoch
+from adc_bench.detector.training.data_checks import check_classes
+from adc_bench.detector.training.pictures import TrainingPictures
 from adc_bench.errors import InputError
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from torchvision.ops import batched_nms
 
-from adc_bench.detector.boxes import decode_boxes, grid_points
 from adc_bench.detector.decode import Answers, DecodeConfig, decode, grid
+from adc_bench.detector.training.boxes import decode_boxes, grid_points
 from adc_bench.world.frame import Detections
 
 SIZE_PX = (64, 60)

@@ -12,12 +12,12 @@ from typer.testing import CliRunner
 
 from adc_bench.cli.main import app
 from adc_bench.detector import Detector
-from adc_bench.detector.device import choose_device
 from adc_bench.detector.model import build_network
 from adc_bench.detector.note import ARCHITECTURE, NOTE, ModelConfig, WeightsNote
 from adc_bench.detector.predict import Runtime
-from adc_bench.detector.recipe import RECIPES, Recipe, known_recipes, load_recipe
 from adc_bench.detector.torch_backend import load_network, save_network
+from adc_bench.detector.training.device import choose_device
+from adc_bench.detector.training.recipe import RECIPES, Recipe, known_recipes, load_recipe
 from adc_bench.errors import AdcBenchError, InputError, MachineError
 from adc_bench.world.categories import CATEGORIES
 

@@ -8,10 +8,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from adc_bench.detector.boxes import decode_boxes, grid_points
-from adc_bench.detector.loss import LOG_SCALE, LossConfig, detection_loss, distribution_loss, laplace_loss
 from adc_bench.detector.model import Prediction
-from adc_bench.detector.targets import Truth, assign, centredness, corner_targets
+from adc_bench.detector.training.boxes import decode_boxes, grid_points
+from adc_bench.detector.training.loss import LOG_SCALE, LossConfig, detection_loss, distribution_loss, laplace_loss
+from adc_bench.detector.training.targets import Truth, assign, centredness, corner_targets
 
 POINTS, STRIDES = grid_points(64, 96)
 NOTHING = Truth(

@@ -1,15 +1,15 @@
 import numpy as np
 import torch
 
-from adc_bench.detector.boxes import (
+from adc_bench.detector.model import build_network, fused
+from adc_bench.detector.note import ModelConfig
+from adc_bench.detector.training.boxes import (
     boxes_to_distances,
     decode_boxes,
     distances_to_boxes,
     expected_distances,
     grid_points,
 )
-from adc_bench.detector.model import build_network, fused
-from adc_bench.detector.note import ModelConfig
 from adc_bench.world.categories import CATEGORIES
 
 

@@ -7,8 +7,16 @@ from hypothesis import strategies as st
 from torch import Tensor
 from torchvision.ops import box_iou
 
-from adc_bench.detector.boxes import grid_points
-from adc_bench.detector.targets import FLOOR, MINIMUM_STRIDES, Assignment, AssignmentConfig, Truth, assign, centredness
+from adc_bench.detector.training.boxes import grid_points
+from adc_bench.detector.training.targets import (
+    FLOOR,
+    MINIMUM_STRIDES,
+    Assignment,
+    AssignmentConfig,
+    Truth,
+    assign,
+    centredness,
+)
 
 POINTS, STRIDES = grid_points(96, 128)
 CONFIG = AssignmentConfig(points_per_box=5)

@@ -14,18 +14,18 @@ from conftest import PLAIN, QUICK, SMALL, Some
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from adc_bench.dataset import FrameDataset
-from adc_bench.detector.batches import BatchConfig, run_batches
-from adc_bench.detector.board import FOLDER
-from adc_bench.detector.checkpoint import EpochRecord, Progress
-from adc_bench.detector.device import CPU
 from adc_bench.detector.evaluation import DetectionScore
 from adc_bench.detector.files import read_tensors, write_tensors
-from adc_bench.detector.learner import LOSSES, Learner, learning_rate, update_average
 from adc_bench.detector.model import build_network
-from adc_bench.detector.pictures import TrainingPictures
-from adc_bench.detector.recipe import Recipe, TrainConfig
-from adc_bench.detector.run import evaluate
-from adc_bench.detector.train import train
+from adc_bench.detector.training.batches import BatchConfig, run_batches
+from adc_bench.detector.training.board import FOLDER
+from adc_bench.detector.training.checkpoint import EpochRecord, Progress
+from adc_bench.detector.training.device import CPU
+from adc_bench.detector.training.learner import LOSSES, Learner, learning_rate, update_average
+from adc_bench.detector.training.pictures import TrainingPictures
+from adc_bench.detector.training.recipe import Recipe, TrainConfig
+from adc_bench.detector.training.run import evaluate
+from adc_bench.detector.training.train import train
 from adc_bench.errors import AdcBenchError, InputError
 from adc_bench.world.frame import Label
 

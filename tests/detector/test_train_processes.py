@@ -12,19 +12,19 @@ from conftest import QUICK, UNCLIPPED, Some
 from numpy.typing import NDArray
 
 from adc_bench.dataset import FrameDataset
-from adc_bench.detector.batches import run_batches, steps_per_epoch
-from adc_bench.detector.device import CPU, Place
 from adc_bench.detector.files import read_tensors
-from adc_bench.detector.learner import Learner
-from adc_bench.detector.pictures import TrainingPictures
-from adc_bench.detector.run import batch_config
-from adc_bench.detector.train import train
+from adc_bench.detector.training.batches import run_batches, steps_per_epoch
+from adc_bench.detector.training.device import CPU, Place
+from adc_bench.detector.training.learner import Learner
+from adc_bench.detector.training.pictures import TrainingPictures
+from adc_bench.detector.training.run import batch_config
+from adc_bench.detector.training.train import train
 
 KILLED = """
 import os, signal, sys
 from pathlib import Path
 from adc_bench.dataset import FrameDataset
-from adc_bench.detector.train import train
+from adc_bench.detector.training.train import train
 from conftest import QUICK, Some
 
 train_folder, val_folder, out, step = sys.argv[1:]
@@ -41,9 +41,9 @@ SHARED = """
 import sys
 from pathlib import Path
 from adc_bench.dataset import FrameDataset
-from adc_bench.detector.device import take_place
-from adc_bench.detector.run import Run
-from adc_bench.detector.train import train
+from adc_bench.detector.training.device import take_place
+from adc_bench.detector.training.run import Run
+from adc_bench.detector.training.train import train
 from adc_bench.detector.torch_backend import save_network
 from conftest import UNCLIPPED, Some
 
@@ -53,8 +53,8 @@ class Kept(Run):
         epochs, rank = len(self.progress.history), self.place.rank
         save_network(self.out / f"{rank}-{epochs}.safetensors", self.learner.network)
 
-import adc_bench.detector.train
-adc_bench.detector.train.Run = Kept
+import adc_bench.detector.training.train
+adc_bench.detector.training.train.Run = Kept
 train_folder, val_folder, out = sys.argv[1:]
 validation = Some(FrameDataset(val_folder), range(8))
 with take_place("cpu") as place:

@@ -12,8 +12,8 @@ from torch.optim import Optimizer
 
 from adc_bench.detector.evaluation import DetectionScore
 from adc_bench.detector.files import read_tensors, write_tensors
-from adc_bench.detector.learner import NO_LOSSES, Learner
-from adc_bench.detector.recipe import Recipe
+from adc_bench.detector.training.learner import NO_LOSSES, Learner
+from adc_bench.detector.training.recipe import Recipe
 from adc_bench.errors import InputError
 
 WHAT = "the checkpoint of a run with this recipe and these data"

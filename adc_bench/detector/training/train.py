@@ -6,16 +6,16 @@ import msgspec
 import torch
 
 from adc_bench.dataset.layout import write_file
-from adc_bench.detector.checkpoint import Progress
 from adc_bench.detector.data import LabelledPictures
-from adc_bench.detector.data_checks import data_digest
-from adc_bench.detector.device import CPU, Place
 from adc_bench.detector.evaluation import DetectionReport
-from adc_bench.detector.pictures import TrainingPictures
-from adc_bench.detector.recipe import Recipe
-from adc_bench.detector.report import write_report
-from adc_bench.detector.run import WEIGHTS, Run, Told, evaluate
 from adc_bench.detector.torch_backend import load_network
+from adc_bench.detector.training.checkpoint import Progress
+from adc_bench.detector.training.data_checks import data_digest
+from adc_bench.detector.training.device import CPU, Place
+from adc_bench.detector.training.pictures import TrainingPictures
+from adc_bench.detector.training.recipe import Recipe
+from adc_bench.detector.training.report import write_report
+from adc_bench.detector.training.run import WEIGHTS, Run, Told, evaluate
 from adc_bench.errors import InputError
 
 METRICS = "metrics.json"

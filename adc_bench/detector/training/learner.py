@@ -7,13 +7,13 @@ from torch import nn
 from torch.nn.parallel import DistributedDataParallel
 from torch.optim import AdamW
 
-from adc_bench.detector.batches import Batch
-from adc_bench.detector.boxes import grid_points
-from adc_bench.detector.device import Place
-from adc_bench.detector.loss import Parts, detection_loss
 from adc_bench.detector.model import Network, build_network
-from adc_bench.detector.recipe import Recipe, TrainConfig
-from adc_bench.detector.targets import Truth
+from adc_bench.detector.training.batches import Batch
+from adc_bench.detector.training.boxes import grid_points
+from adc_bench.detector.training.device import Place
+from adc_bench.detector.training.loss import Parts, detection_loss
+from adc_bench.detector.training.recipe import Recipe, TrainConfig
+from adc_bench.detector.training.targets import Truth
 from adc_bench.world.categories import CATEGORIES
 
 LOSSES = ("loss", *Parts._fields)

@@ -7,20 +7,20 @@ from pathlib import Path
 import msgspec
 
 from adc_bench.dataset.layout import write_file
-from adc_bench.detector.batches import Batch, BatchConfig, run_batches, steps_per_epoch
-from adc_bench.detector.board import Board, NoBoard, TensorBoard
-from adc_bench.detector.checkpoint import EpochRecord, Progress, load_checkpoint, save_checkpoint
 from adc_bench.detector.data import LabelledPictures
 from adc_bench.detector.decode import DecodeConfig
-from adc_bench.detector.device import Place
 from adc_bench.detector.evaluation import SCORE_MIN, Evaluation
 from adc_bench.detector.files import write_tensors
-from adc_bench.detector.learner import LOSSES, NO_LOSSES, Learner
 from adc_bench.detector.model import Network
-from adc_bench.detector.pictures import TrainingPictures
 from adc_bench.detector.predict import Detector, predict_all
-from adc_bench.detector.recipe import TrainConfig
 from adc_bench.detector.torch_backend import TorchBackend, save_network
+from adc_bench.detector.training.batches import Batch, BatchConfig, run_batches, steps_per_epoch
+from adc_bench.detector.training.board import Board, NoBoard, TensorBoard
+from adc_bench.detector.training.checkpoint import EpochRecord, Progress, load_checkpoint, save_checkpoint
+from adc_bench.detector.training.device import Place
+from adc_bench.detector.training.learner import LOSSES, NO_LOSSES, Learner
+from adc_bench.detector.training.pictures import TrainingPictures
+from adc_bench.detector.training.recipe import TrainConfig
 from adc_bench.errors import AdcBenchError
 
 WEIGHTS, CHECKPOINT, LOG = "weights.safetensors", "last.safetensors", "log.jsonl"

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.detector.example import Cutting, Example
+from adc_bench.detector.training.example import Cutting, Example
 
 
 def paste_sign(example: Example, cutting: Cutting, rng: np.random.Generator) -> Example:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import msgspec
 
-from adc_bench.detector.augment import AugmentConfig
-from adc_bench.detector.loss import LossConfig
 from adc_bench.detector.note import ModelConfig
+from adc_bench.detector.training.augment import AugmentConfig
+from adc_bench.detector.training.loss import LossConfig
 from adc_bench.errors import InputError
 from adc_bench.world.records import load_record
 

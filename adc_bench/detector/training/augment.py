@@ -5,10 +5,10 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from adc_bench.detector.example import Cutting, Example
-from adc_bench.detector.paste import paste_sign, paste_stripes
-from adc_bench.detector.tone import ToneConfig, retone
-from adc_bench.detector.warp import KeptConfig, WarpConfig, draw_matrix, mirror, mosaic, warp
+from adc_bench.detector.training.example import Cutting, Example
+from adc_bench.detector.training.paste import paste_sign, paste_stripes
+from adc_bench.detector.training.tone import ToneConfig, retone
+from adc_bench.detector.training.warp import KeptConfig, WarpConfig, draw_matrix, mirror, mosaic, warp
 
 
 class AugmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pycocotools import mask as rle
 
-from adc_bench.detector.augment import AugmentConfig, augment
 from adc_bench.detector.data import LabelledPictures, keypoints_as_seen
-from adc_bench.detector.example import DIRECTIONS, Cutting, Example, outline
+from adc_bench.detector.training.augment import AugmentConfig, augment
+from adc_bench.detector.training.example import DIRECTIONS, Cutting, Example, outline
 from adc_bench.world.categories import CATEGORIES
 from adc_bench.world.frame import Label
 from adc_bench.world.streams import stream

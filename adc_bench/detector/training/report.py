@@ -6,10 +6,10 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from adc_bench.dataset.layout import write_file
-from adc_bench.detector.checkpoint import EpochRecord
 from adc_bench.detector.evaluation import DetectionReport, Evaluation
 from adc_bench.detector.evaluation.page import page_of
 from adc_bench.detector.evaluation.sheet import sheet_png
+from adc_bench.detector.training.checkpoint import EpochRecord
 
 PAGE, SHEET = "report.html", "predictions.png"
 

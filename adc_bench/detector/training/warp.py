@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.detector.example import Example
+from adc_bench.detector.training.example import Example
 from adc_bench.world.categories import CATEGORIES
 
 GONE_SHARE = 0.01  # an object of which less is left is no longer there

@@ -8,10 +8,10 @@ import torch
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
-from adc_bench.detector.example import Example
-from adc_bench.detector.pictures import TrainingPictures
 from adc_bench.detector.prepare import prepare
-from adc_bench.detector.targets import Truth
+from adc_bench.detector.training.example import Example
+from adc_bench.detector.training.pictures import TrainingPictures
+from adc_bench.detector.training.targets import Truth
 from adc_bench.errors import AdcBenchError
 from adc_bench.world.streams import stream
 

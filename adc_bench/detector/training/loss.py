@@ -11,9 +11,16 @@ from torch import Tensor
 from torch.nn import functional
 from torchvision.ops import complete_box_iou_loss
 
-from adc_bench.detector.boxes import boxes_to_distances, decode_boxes
 from adc_bench.detector.model import Prediction
-from adc_bench.detector.targets import Assignment, AssignmentConfig, CornerTargets, Truth, assign, corner_targets
+from adc_bench.detector.training.boxes import boxes_to_distances, decode_boxes
+from adc_bench.detector.training.targets import (
+    Assignment,
+    AssignmentConfig,
+    CornerTargets,
+    Truth,
+    assign,
+    corner_targets,
+)
 from adc_bench.world.frame import KEYPOINT_OUTSIDE, KEYPOINT_VISIBLE
 
 LOG_SCALE = (-4.0, 3.0)  # least and largest logarithm of a corner's deviation in strides
