@@ -1,81 +1,78 @@
-"""What the detector costs: one picture through decode and suppression, and a training step, at 320x240.
+"""What the detector costs beside Ultralytics' smallest models: a picture of 320x240, and a training step.
 
-Usage: python benchmarks/detector.py [--weights FILE] [--repeats 100]
+Usage: python benchmarks/detector.py [--weights FILE] [--threads 2] [--rounds 9] [--peers build/peers]
 
-The pictures are noise: nothing in the network's cost depends on what they show, and a training step gets two boxes a
-picture. Medians over the repeats.
+Ours is the whole call: preparing, network, decoding, suppression, corners; theirs is the graph alone at 320x256, as
+`benchmarks/workers/yolo_train.py` exports it to PEERS/MODEL/weights/best.onnx (models without such a file are left
+out). Training is forward, loss, backward and step of a batch of 16 at 320 (theirs 320x320, their default). Processes
+take turns; medians over the rounds.
 """
 
 import argparse
 import statistics
-import time
-from collections.abc import Callable
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
-import numpy as np
-import torch
+from turns import HERE, Worker, machine_line, ratio, table, take_turns
 
-from adc_bench.detector.boxes import grid_points
-from adc_bench.detector.loss import detection_loss
-from adc_bench.detector.model import Network, build_network, prepare
-from adc_bench.detector.predict import Detector
-from adc_bench.detector.recipe import RECIPES, Recipe, load_recipe
-from adc_bench.detector.targets import Truth
-from adc_bench.detector.weights import load_weights
-from adc_bench.world.categories import CATEGORIES
+from adc_bench.detector import shipped_weights
+
+MODELS = ("yolo26n", "yolo11n", "yolov8n")
+PEER_PYTHON = HERE.parent / ".peers/ultralytics/bin/python"
+BATCH = 16
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--weights", type=Path, help="weights to time; untrained ones if left out")
-    parser.add_argument("--repeats", type=int, default=100)
+    parser.add_argument("--weights", type=Path, default=shipped_weights())
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--peers", type=Path, default=HERE.parent / "build/peers")
     options = parser.parse_args()
-    recipe = load_recipe(RECIPES / "demo.toml")
-    network = load_weights(options.weights) if options.weights else build_network(recipe.model, len(CATEGORIES))
-    print(f"parameters: {sum(parameter.numel() for parameter in network.parameters()):,}")
-    print("| threads | ms a picture | training pictures/s |\n|---|---|---|")
-    for threads in (1, 2):
-        torch.set_num_threads(threads)
-        inference_s = inference_time_s(network, options.repeats)
-        step_s = training_time_s(recipe, max(options.repeats // 10, 3))
-        print(f"| {threads} | {1000 * inference_s:.1f} | {recipe.train.batch / step_s:.0f} |")
+    print(machine_line(threads=str(options.threads)), "\n")
+    calling, training = calls(options.weights, options.peers, options.threads), trainings(options.threads)
+    show("ms a picture", calling, options.threads, options.rounds, steps=30)
+    show("ms a training step of 16", training, options.threads, options.rounds, steps=1)
 
 
-def inference_time_s(network: Network, repeats: int) -> float:
-    detector, rgb = Detector(network), pictures(1)[0]
-    return median_time_s(lambda: detector(rgb), repeats)
+def calls(weights: Path, peers: Path, threads: int) -> dict[str, list[str]]:
+    """Commands by name, ours first."""
+    ours, theirs = str(HERE / "workers/detector_ours.py"), str(HERE / "workers/detector_yolo.py")
+    commands = {
+        f"adc-bench, {runtime}": [sys.executable, ours, "call", str(weights), runtime, str(threads)]
+        for runtime in ("onnx", "torch")
+    }
+    graphs = {model: peers / model / "weights/best.onnx" for model in MODELS}
+    for model, graph in graphs.items():
+        if graph.exists():
+            commands[f"{model}, graph alone, onnx"] = [sys.executable, theirs, "graph", str(graph), str(threads)]
+    return commands
 
 
-def training_time_s(recipe: Recipe, repeats: int) -> float:
-    network = build_network(recipe.model, len(CATEGORIES)).train()
-    optimizer = torch.optim.AdamW(network.parameters())
-    rgb = torch.from_numpy(pictures(recipe.train.batch))
-    boxes = torch.tensor([[40.0, 120.0, 200.0, 170.0], [200.0, 50.0, 240.0, 73.0]])
-    truth = Truth(boxes, torch.tensor([0, 1]), torch.tensor([False, False]))
-
-    def step() -> None:
-        x = prepare(rgb)
-        points, strides = grid_points(x.shape[2], x.shape[3])
-        loss, _ = detection_loss(recipe.loss, network(x), [truth] * len(rgb), points, strides)
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-
-    return median_time_s(step, repeats)
+def trainings(threads: int) -> dict[str, list[str]]:
+    """Commands by name, ours first."""
+    ours, theirs = str(HERE / "workers/detector_ours.py"), str(HERE / "workers/detector_yolo.py")
+    commands = {"adc-bench": [sys.executable, ours, "train", str(threads), str(BATCH)]}
+    if PEER_PYTHON.exists():
+        commands |= {
+            model: [str(PEER_PYTHON), theirs, "train", model, str(threads), str(BATCH)] for model in MODELS[:2]
+        }
+    return commands
 
 
-def pictures(count: int) -> np.ndarray:
-    return np.random.default_rng(0).integers(0, 256, (count, 240, 320, 3), dtype=np.uint8)
+def show(unit: str, commands: dict[str, list[str]], threads: int, rounds: int, steps: int) -> None:
+    env = {"OMP_NUM_THREADS": str(threads)}
+    with ExitStack() as stack:
+        workers = [stack.enter_context(Worker(name, *command, env=env)) for name, command in commands.items()]
+        found = take_turns(workers, rounds, steps)
+    first = next(iter(found))
+    print(table(("", unit, f"over {first}"), *(row(name, times, found[first]) for name, times in found.items())), "\n")
 
 
-def median_time_s(work: Callable[[], object], repeats: int) -> float:
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
+def row(name: str, times_s: Sequence[float], first_s: Sequence[float]) -> tuple[str, str, str]:
+    return name, f"{1000 * statistics.median(times_s):.1f}", f"{ratio(times_s, first_s):.2f}"
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ dataset.toml  README.md  preview.jpg  shard-00000.h5 ...  poses/<camera>.tum, or
 annotations/instances.json (of frames)  receipts/ (until it is finished)
 """
 
+import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -110,6 +111,11 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     def plan(self) -> "Manifest":
         """What was wanted, without what came of it."""
         return msgspec.structs.replace(self, summary=None, shards=(), files=())
+
+    @property
+    def shards_sha256(self) -> str:
+        """The digest of the finished shards' digests: of all pictures, labels and poses."""
+        return hashlib.sha256("".join(entry.sha256 for entry in self.shards).encode()).hexdigest()
 
     @property
     def shard_count(self) -> int:

@@ -19,6 +19,7 @@ from adc_bench.world.frame import Conditions, Label, LaneLine
 from adc_bench.world.picture import decode_picture
 from adc_bench.world.records import parse_record
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import CameraMount
 
 FRAMES_IN_MEMORY = 32_768
 RENDER = "make one with: adc-bench render --split NAME --out DIR"
@@ -104,6 +105,10 @@ class FrameDataset:
         shard, row = self._locate(i)
         name: str = shard.cameras[row]
         return name
+
+    def mount(self, i: int) -> CameraMount:
+        """Return the camera that took frame i, as it is said to sit on the robot."""
+        return next(mount for mount in self.manifest.cameras if mount.name == self.camera(i))
 
     def pose_world_robot(self, i: int) -> Pose2:
         """Return where the robot stood."""

@@ -3,23 +3,25 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save
-from torch import Tensor
+from safetensors.numpy import save
 
 from adc_bench.dataset.layout import write_file
+from adc_bench.detector.note import NOTE
 from adc_bench.errors import InputError
 
-NOTE = "adc_bench"  # one metadata entry: several would be stored in no fixed order, and the bytes would differ
+Tensors = dict[str, NDArray[np.generic]]
 
 
-def write_tensors(path: Path, tensors: Mapping[str, Tensor], note: bytes) -> None:
+def write_tensors(path: Path, tensors: Mapping[str, NDArray[np.generic]], note: bytes) -> None:
     """Write tensors and a JSON note; equal content gives equal bytes."""
-    held = {name: tensors[name].detach().cpu().contiguous() for name in sorted(tensors)}
+    held = {name: np.ascontiguousarray(tensors[name]) for name in sorted(tensors)}
     write_file(path, save(held, metadata={NOTE: note.decode()}))
 
 
-def read_tensors(path: Path, *, what: str, todo: str) -> tuple[dict[str, Tensor], bytes]:
+def read_tensors(path: Path, *, what: str, todo: str) -> tuple[Tensors, bytes]:
     """Return the tensors and the note.
 
     Raises:
@@ -28,7 +30,7 @@ def read_tensors(path: Path, *, what: str, todo: str) -> tuple[dict[str, Tensor]
     if not path.is_file():
         raise InputError(where=str(path), found="no such file", wanted=what, todo=todo)
     try:
-        with safe_open(path, framework="pt") as content:
+        with safe_open(path, framework="np") as content:
             note = (content.metadata() or {}).get(NOTE)
             tensors = {name: content.get_tensor(name) for name in content.keys()}  # noqa: SIM118 - not a mapping
     except SafetensorError as error:

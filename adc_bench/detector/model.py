@@ -1,39 +1,32 @@
 """The network: a small convolutional pyramid that says, for each point of three grids, whether something is there,
-what, and how far its box reaches to the left, top, right and bottom.
+what, how far its box reaches to the left, top, right and bottom, and about where its four corners are; and where
+exactly the nearest corner of anything is, if one is near.
 """
 
 from typing import NamedTuple
 
-import msgspec
 import torch
 from torch import Tensor, nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-ARCHITECTURE = "adc-n/1"
-STRIDES = (8, 16, 32)
-DEVIATION_FLOOR = 4.0  # grey levels; a picture of nothing but noise is not blown up to full contrast
-
-
-class ModelConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Sizes of the network: channels at stride 4 (half as many at 2), then at strides 8, 16 and 32, residual blocks
-    there, channels of the neck and of the head, and the bins that a box' distance (in strides) is spread over.
-    """
-
-    stem: int = 32
-    widths: tuple[int, int, int] = (48, 96, 128)
-    depths: tuple[int, int, int] = (1, 2, 1)
-    neck: int = 32
-    head: int = 32
-    bins: int = 16
+from adc_bench.detector.decode import STRIDES
+from adc_bench.detector.note import ModelConfig
 
 
 class Prediction(NamedTuple):
-    """Raw answers at p points: whether there is an object, object_logits (n, p); which, class_logits (n, p, classes);
-    how far its sides are, distance_logits (n, p, 4, bins).
+    """Raw answers for n pictures at p points, lengths in strides.
+
+    Whether there is an object, object_logits (n, p); which, class_logits (n, p, classes); how far its sides are,
+    distance_logits (n, p, 4, bins); its four corners, keypoints (n, p, 4, 4): u and v from the point, logarithm of the
+    error's scale, logit of being seen. Of any object's corner nearby, corners (n, p, 4): logit that there is one, u and
+    v to it, logarithm of the error's scale.
     """
 
     object_logits: Tensor
     class_logits: Tensor
     distance_logits: Tensor
+    keypoints: Tensor
+    corners: Tensor
 
     def scores(self) -> Tensor:
         """Return (n, p, classes): how likely an object of each class is seen from each point."""
@@ -107,19 +100,23 @@ class Neck(nn.Module):
 
 
 class Head(nn.Module):
-    """Decoupled answers of one map: what it is from one branch, whether and where it is from another."""
+    """Decoupled answers of one map: what it is from one branch, whether and where it is from another, its corners from
+    a third.
+    """
 
     def __init__(self, config: ModelConfig, classes: int) -> None:
         super().__init__()
         self.what = nn.Sequential(ConvUnit(config.neck, config.head), nn.Conv2d(config.head, classes, 1))
         last = nn.Conv2d(config.head, 1 + 4 * config.bins, 1)
-        assert last.bias is not None
-        nn.init.constant_(last.bias[:1], -4.6)  # at first everything is background with 99 %
+        _expect_nothing(last, 1)
         self.where = nn.Sequential(ConvUnit(config.neck, config.head), last)
+        last = nn.Conv2d(config.head, 4 + 16, 1)
+        _expect_nothing(last, 1)
+        self.corners = nn.Sequential(ConvUnit(config.neck, config.head), last)
 
-    def forward(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        """Return class logits (n, h w, classes), and object and distance logits (n, h w, 1 + 4 bins)."""
-        return self.what(x).flatten(2).mT, self.where(x).flatten(2).mT
+    def forward(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Return the three branches' answers, (n, c, h w) each, as `decode.Answers` has them."""
+        return self.what(x).flatten(2), self.where(x).flatten(2), self.corners(x).flatten(2)
 
 
 class Network(nn.Module):
@@ -136,24 +133,26 @@ class Network(nn.Module):
         """Return the answers for prepared pictures (n, 3, h, w), h and w multiples of 32; points ordered by stride,
         then row, then column, as `grid_points` lists them.
         """
+        what, where, corners = (branch.mT.contiguous() for branch in self.branches(pictures))
+        return Prediction(
+            where[..., 0],
+            what,
+            where[..., 1:].reshape(len(where), -1, 4, self.config.bins),
+            corners[..., 4:].reshape(len(corners), -1, 4, 4),
+            corners[..., :4],
+        )
+
+    def branches(self, pictures: Tensor) -> list[Tensor]:
+        """Return the same answers as they leave the heads, (n, c, p) each."""
         maps = self.neck(self.backbone(pictures))
         answers = [head(x) for head, x in zip(self.heads, maps, strict=True)]
-        what, where = (torch.cat(parts, dim=1) for parts in zip(*answers, strict=True))
-        return Prediction(where[..., 0], what, where[..., 1:].reshape(*where.shape[:2], 4, self.config.bins))
+        return [torch.cat(parts, dim=2) for parts in zip(*answers, strict=True)]
 
 
-def prepare(pictures: Tensor) -> Tensor:
-    """Return pictures (n, h, w, 3) uint8 as network input (n, 3, h', w') float32: each with mean 0 and deviation about
-    1, so that the light's level matters little, padded with zeros at the bottom and the right to multiples of 32.
-    """
-    count, height, width, colours = pictures.shape
-    x = pictures.float()
-    x -= x.mean(dim=(1, 2, 3), keepdim=True)
-    deviation = x.square().mean(dim=(1, 2, 3), keepdim=True).sqrt()
-    padded_height, padded_width = (side + -side % STRIDES[-1] for side in (height, width))
-    padded = x.new_zeros(count, padded_height, padded_width, colours)
-    padded[:, :height, :width] = x.div_(deviation + DEVIATION_FLOOR)
-    return padded.permute(0, 3, 1, 2)  # a view, which already has the channels-last layout
+def _expect_nothing(convolution: nn.Conv2d, channels: int) -> None:
+    """Set the biases so that at first the first `channels` say "nothing" with 99 %."""
+    assert convolution.bias is not None
+    nn.init.constant_(convolution.bias[:channels], -4.6)
 
 
 def build_network(config: ModelConfig, classes: int, seed: int = 0) -> Network:
@@ -169,3 +168,16 @@ def build_network(config: ModelConfig, classes: int, seed: int = 0) -> Network:
         if parameter.ndim == 4:
             parameter.data = parameter.data.contiguous(memory_format=torch.channels_last)
     return network
+
+
+def fused(network: Network) -> Network:
+    """Return a copy for prediction alone, with each normalisation folded into its convolution."""
+    copy = build_network(network.config, network.classes).to(next(network.parameters()).device)
+    copy.load_state_dict(network.state_dict())
+    copy.eval()
+    for unit in [module for module in copy.modules() if isinstance(module, ConvUnit)]:
+        convolution, normalisation = unit[0], unit[1]
+        assert isinstance(convolution, nn.Conv2d) and isinstance(normalisation, nn.BatchNorm2d)
+        unit[0] = fuse_conv_bn_eval(convolution, normalisation)
+        del unit[1]
+    return copy.requires_grad_(False)

@@ -1,69 +1,39 @@
 """Weights files: what the network learned, with what is needed to build it again."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import msgspec
-import torch
+import numpy as np
+from numpy.typing import NDArray
 
 from adc_bench.detector.files import read_tensors, write_tensors
-from adc_bench.detector.model import ARCHITECTURE, ModelConfig, Network, build_network
-from adc_bench.errors import InputError
+from adc_bench.detector.note import ARCHITECTURE, TODO, WANTED, ModelConfig, WeightsNote, read_note, refused
 from adc_bench.world.categories import CATEGORIES
 
-_WHAT = f"a weights file of architecture {ARCHITECTURE}"
-_TODO = "pass the weights.safetensors of a `train-detector` run"
-
-
-class WeightsNote(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What stands in a weights file beside the tensors."""
-
-    architecture: str
-    config: ModelConfig
-    categories: tuple[str, ...]
+Tensors = dict[str, NDArray[np.float32]]
 
 
 def shipped_weights() -> Path:
     """Return the weights that come with the package."""
-    return Path(__file__).parent / "weights" / "adc-n.safetensors"
+    return Path(__file__).parent / "weights" / "n.safetensors"
 
 
-def save_weights(path: Path, network: Network) -> None:
+def write_weights(path: Path, tensors: Mapping[str, NDArray[np.float32]], config: ModelConfig) -> None:
     """Write a weights file; equal weights give equal bytes."""
-    note = WeightsNote(architecture=ARCHITECTURE, config=network.config, categories=CATEGORIES)
-    write_tensors(path, network.state_dict(), msgspec.json.encode(note))
+    note = WeightsNote(architecture=ARCHITECTURE, config=config, categories=CATEGORIES)
+    write_tensors(path, tensors, msgspec.json.encode(note))
 
 
-def load_weights(path: Path) -> Network:
-    """Return the network of a weights file, ready to predict.
+def read_weights(path: Path) -> tuple[Tensors, WeightsNote]:
+    """Return the tensors of a weights file and its note.
 
     Raises:
         InputError: the file is missing, broken, of another architecture or other categories, or not finite.
     """
-    tensors, note_json = read_tensors(path, what=_WHAT, todo=_TODO)
-    note = _read_note(path, note_json)
-    network = build_network(note.config, len(note.categories))
-    try:
-        network.load_state_dict(tensors)
-    except RuntimeError as error:
-        first = str(error).splitlines()[-1].strip()
-        raise _refused(path, f"tensors that do not fit the network: {first}") from error
-    if not all(bool(torch.isfinite(tensor).all()) for tensor in tensors.values()):
-        raise _refused(path, "weights that are not finite numbers")
-    return network.eval()
-
-
-def _read_note(path: Path, note_json: bytes) -> WeightsNote:
-    try:
-        architecture = msgspec.json.decode(note_json, type=dict[str, object]).get("architecture")
-        if architecture != ARCHITECTURE:
-            raise _refused(path, f"weights of architecture {architecture}")
-        note = msgspec.json.decode(note_json, type=WeightsNote)
-    except msgspec.DecodeError as error:
-        raise _refused(path, f"a note that cannot be read: {error}") from error
-    if note.categories != CATEGORIES:
-        raise _refused(path, f"weights for other categories: {', '.join(note.categories)}")
-    return note
-
-
-def _refused(path: Path, found: str) -> InputError:
-    return InputError(where=str(path), found=found, wanted=_WHAT, todo=_TODO)
+    tensors, note_json = read_tensors(path, what=WANTED, todo=TODO)
+    note = read_note(path, note_json)
+    found = {name: np.asarray(tensor, np.float32) for name, tensor in tensors.items()}
+    if not all(np.isfinite(tensor).all() for tensor in found.values()):
+        raise refused(path, "weights that are not finite numbers")
+    return found, note

@@ -107,8 +107,21 @@ class Frame:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Detections:
-    """A detector's answer for one picture: boxes_px (n, 4) xyxy, scores (n,), category_ids (n,), best first."""
+    """A detector's answer for one picture, best first.
+
+    Attributes:
+        boxes_px: (n, 4) xyxy.
+        scores: (n,) how likely each is right.
+        category_ids: (n,) from 1.
+        keypoints_px: (n, 4, 2) the corners, from the top left clockwise as they are seen: of a board as its labels have
+            them; of the crosswalk far left, far right, near right, near left of who looks at it.
+        keypoint_sigma_px: (n, 4) the standard deviation along u and along v that each corner is said to have.
+        keypoint_scores: (n, 4) how likely each corner is in the picture and seen. Near 0 for boxes and cones.
+    """
 
     boxes_px: NDArray[np.float32]
     scores: NDArray[np.float32]
     category_ids: NDArray[np.int64]
+    keypoints_px: NDArray[np.float32]
+    keypoint_sigma_px: NDArray[np.float32]
+    keypoint_scores: NDArray[np.float32]

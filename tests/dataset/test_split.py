@@ -22,7 +22,7 @@ RIG = SensorRig()
 
 
 def test_seed_ranges_do_not_meet() -> None:
-    ranges = sorted((s.seed_first, s.seed_first + s.seed_count) for s in map(load_split, NAMES))
+    ranges = sorted((s.seed_first, s.seed_first + s.seed_count) for s in map(load_split, (*NAMES, "negatives")))
     assert all(end <= start for (_, end), (start, _) in pairwise(ranges))
 
 
@@ -91,6 +91,18 @@ def test_the_hidden_split_is_like_test_but_for_its_seeds() -> None:
     assert hidden.salted and not test.salted
     as_test = msgspec.structs.replace(hidden, name="test", salted=False, seed_first=test.seed_first)
     assert as_test == test
+
+
+def test_negatives_are_like_test_but_for_seeds_and_places() -> None:
+    negatives, test = load_split("negatives"), load_split("test")
+    as_test = msgspec.structs.replace(
+        negatives,
+        name="test",
+        seed_first=test.seed_first,
+        frames=test.frames,
+        crosswalk_share=test.crosswalk_share,
+    )
+    assert as_test == test and negatives.crosswalk_share < test.crosswalk_share
 
 
 def test_a_salt_makes_the_hidden_scenarios() -> None:

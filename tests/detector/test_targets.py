@@ -7,10 +7,16 @@ from hypothesis import strategies as st
 from torch import Tensor
 from torchvision.ops import box_iou
 
-from adc_bench.detector.boxes import grid_points
-from adc_bench.detector.loss import LossConfig, detection_loss, distribution_loss
-from adc_bench.detector.model import Prediction
-from adc_bench.detector.targets import FLOOR, MINIMUM_STRIDES, Assignment, AssignmentConfig, Truth, assign, centredness
+from adc_bench.detector.training.boxes import grid_points
+from adc_bench.detector.training.targets import (
+    FLOOR,
+    MINIMUM_STRIDES,
+    Assignment,
+    AssignmentConfig,
+    Truth,
+    assign,
+    centredness,
+)
 
 POINTS, STRIDES = grid_points(96, 128)
 CONFIG = AssignmentConfig(points_per_box=5)
@@ -26,7 +32,7 @@ def _random_case(seed: int, count: int) -> tuple[Truth, Tensor, Tensor]:
     predicted = near + torch.randn(near.shape, generator=generator) * 6
     predicted = torch.cat([predicted[:, :2], torch.maximum(predicted[:, 2:], predicted[:, :2] + 1)], dim=1)
     scores = torch.rand(len(POINTS), generator=generator)
-    return Truth(boxes, torch.arange(count) % 21, ignored), scores, predicted
+    return Truth(boxes, torch.arange(count) % 21, ignored, torch.zeros(count, 4, 3)), scores, predicted
 
 
 def _slow_assign(truth: Truth, scores: Tensor, boxes: Tensor) -> tuple[list[int], list[float]]:
@@ -84,41 +90,15 @@ def test_assignment_keeps_its_promises(seed: int, count: int) -> None:
 
 def test_even_the_smallest_box_gets_a_point() -> None:
     for x, y in itertools.product(range(20, 29), range(20, 29)):
-        truth = Truth(torch.tensor([[x, y, x + 1.0, y + 1.0]]), torch.tensor([0]), torch.tensor([False]))
+        box = torch.tensor([[x, y, x + 1.0, y + 1.0]])
+        truth = Truth(box, torch.tensor([0]), torch.tensor([False]), torch.zeros(1, 4, 3))
         boxes = torch.cat([POINTS - 1, POINTS + 1], dim=1)
         assert (assign(CONFIG, truth, torch.full((len(POINTS),), 0.01), boxes, POINTS, STRIDES).box_index == 0).any()
 
 
 def test_a_picture_without_objects_is_all_background() -> None:
-    truth = Truth(torch.zeros(0, 4), torch.zeros(0, dtype=torch.long), torch.zeros(0, dtype=torch.bool))
+    nobody = torch.zeros(0, dtype=torch.bool)
+    truth = Truth(torch.zeros(0, 4), torch.zeros(0, dtype=torch.long), nobody, torch.zeros(0, 4, 3))
     found = assign(CONFIG, truth, torch.rand(len(POINTS)), torch.rand(len(POINTS), 4), POINTS, STRIDES)
     assert isinstance(found, Assignment)
     assert (found.box_index == -1).all() and (found.quality == 0).all() and found.counted.all()
-
-
-def test_the_distribution_loss_is_least_at_the_true_distance() -> None:
-    distance = torch.tensor([[2.25, 0.0, 7.5, 14.9]])
-    best = torch.full((1, 4, 16), -30.0)
-    for side, (low, share) in enumerate([(2, 0.25), (0, 0.0), (7, 0.5), (14, 0.9)]):
-        best[0, side, low] = torch.tensor(1 - share).log()
-        best[0, side, low + 1] = torch.tensor(max(share, 1e-13)).log()
-    least = distribution_loss(best, distance)
-    for _ in range(20):
-        assert distribution_loss(best + torch.randn(1, 4, 16) * 0.3, distance) > least
-    entropy = torch.tensor([0.5623, 0.0, 0.6931, 0.3251]).mean()
-    assert float(least) == pytest.approx(float(entropy), abs=2e-3)
-
-
-def _loss(truth: Truth, object_logits: Tensor) -> float:
-    classes, distances = torch.zeros(1, len(POINTS), 21), torch.zeros(1, len(POINTS), 4, 16)
-    prediction = Prediction(object_logits, classes, distances)
-    return float(detection_loss(LossConfig(), prediction, [truth], POINTS, STRIDES)[0])
-
-
-def test_ignored_regions_cost_nothing() -> None:
-    nothing = Truth(torch.zeros(0, 4), torch.zeros(0, dtype=torch.long), torch.zeros(0, dtype=torch.bool))
-    region = Truth(torch.tensor([[30.0, 30.0, 80.0, 70.0]]), torch.tensor([0]), torch.tensor([True]))
-    quiet = torch.full((1, len(POINTS)), -9.0)
-    alarmed = torch.where(centredness(POINTS, STRIDES, region.boxes)[0] > 0, 9.0, quiet)
-    assert _loss(nothing, alarmed) > 100 * _loss(nothing, quiet)
-    assert _loss(region, alarmed) <= _loss(nothing, quiet)

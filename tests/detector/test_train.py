@@ -1,3 +1,5 @@
+"""Whole runs: what they leave, the same bytes for the same recipe, learning by heart, and how they go wrong."""
+
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,49 +10,33 @@ import msgspec
 import numpy as np
 import pytest
 import torch
-from conftest import PLAIN, SMALL
-from numpy.typing import NDArray
-from pycocotools.coco import COCO
-from pycocotools.cocoeval import COCOeval
-from torch.optim import AdamW
+from conftest import PLAIN, QUICK, SMALL, Some
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-import adc_bench.detector.train as train_module
-from adc_bench.dataset import FrameDataset, layout
-from adc_bench.detector.checkpoint import Progress
-from adc_bench.detector.data import TrainingPictures
-from adc_bench.detector.evaluate import Evaluation
-from adc_bench.detector.files import read_tensors
+from adc_bench.dataset import FrameDataset
+from adc_bench.detector.evaluation import DetectionScore
+from adc_bench.detector.files import read_tensors, write_tensors
 from adc_bench.detector.model import build_network
-from adc_bench.detector.recipe import Recipe, TrainConfig
-from adc_bench.detector.train import evaluate, learning_rate, train, train_epoch, update_average, weight_groups
+from adc_bench.detector.training.batches import BatchConfig, run_batches
+from adc_bench.detector.training.board import FOLDER
+from adc_bench.detector.training.checkpoint import EpochRecord, Progress
+from adc_bench.detector.training.device import CPU
+from adc_bench.detector.training.learner import LOSSES, Learner, learning_rate, update_average
+from adc_bench.detector.training.pictures import TrainingPictures
+from adc_bench.detector.training.recipe import Recipe, TrainConfig
+from adc_bench.detector.training.run import evaluate
+from adc_bench.detector.training.train import train
 from adc_bench.errors import AdcBenchError, InputError
-from adc_bench.world.categories import CATEGORIES
-from adc_bench.world.frame import Conditions, Detections, Label
+from adc_bench.world.frame import Label
 
-
-class Some:
-    """Some pictures of a dataset."""
-
-    def __init__(self, source: FrameDataset, indices: Sequence[int]) -> None:
-        self.source, self.indices = source, indices
-        self.image_ids = [source.image_ids[i] for i in indices]
-
-    def __len__(self) -> int:
-        return len(self.indices)
-
-    def picture(self, index: int) -> NDArray[np.uint8]:
-        return self.source.picture(self.indices[index])
-
-    def annotations(self, index: int) -> Sequence[Label]:
-        return self.source.annotations(self.indices[index])
-
-    def conditions(self, index: int) -> Conditions:
-        return self.source.conditions(self.indices[index])
-
-
-def _easy(labels: Sequence[Label]) -> bool:
-    sides = [min(x1 - x0, y1 - y0) for x0, y0, x1, y1 in (label.box_px for label in labels)]
-    return bool(labels) and min(sides) >= 8
+FILES = {
+    "weights.safetensors",
+    "last.safetensors",
+    "metrics.json",
+    "log.jsonl",
+    "report.html",
+    "predictions.png",
+}
 
 
 def _changed(recipe: Recipe, **changes: Any) -> Recipe:
@@ -60,31 +46,19 @@ def _changed(recipe: Recipe, **changes: Any) -> Recipe:
 @pytest.fixture(scope="module")
 def finished(training: FrameDataset, validation: FrameDataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of an uninterrupted run of the quick recipe."""
-    recipe = Recipe(
-        train=TrainConfig(threads=1, epochs=3, batch=8, validate_every=2, warmup_steps=4, average_decay=0.9),
-        model=SMALL,
-    )
+    torch.set_num_threads(1)
     out = tmp_path_factory.mktemp("runs") / "whole"
-    train(recipe, training, validation, out)
+    train(QUICK, training, validation, out)
     return out
 
 
-def test_a_run_leaves_weights_metrics_log_and_figures(finished: Path, validation: FrameDataset) -> None:
-    names = {path.name for path in finished.iterdir()}
-    assert names == {
-        "weights.safetensors",
-        "last.safetensors",
-        "metrics.json",
-        "log.jsonl",
-        "loss.png",
-        "pr.png",
-        "predictions.png",
-    }
-    for name in ("loss.png", "pr.png", "predictions.png"):
-        assert cv2.imread(str(finished / name)).min() < 255
+def test_a_run_leaves_weights_metrics_log_and_report(finished: Path, validation: FrameDataset) -> None:
+    assert {path.name for path in finished.iterdir()} == FILES | {FOLDER}
+    assert cv2.imread(str(finished / "predictions.png")).max() > 0
     log = [json.loads(line) for line in (finished / "log.jsonl").read_text().splitlines()]
     assert [record["epoch"] for record in log] == [0, 1, 2]
-    assert log[2]["loss"] < log[0]["loss"]
+    assert all(tuple(record["losses"]) == LOSSES for record in log)
+    assert log[2]["losses"]["loss"] < log[0]["losses"]["loss"]
     metrics = json.loads((finished / "metrics.json").read_text())
     assert metrics["overall"]["pictures"] == len(validation)
     assert log[0]["validation"] is None
@@ -92,73 +66,62 @@ def test_a_run_leaves_weights_metrics_log_and_figures(finished: Path, validation
 
 
 def test_the_same_recipe_gives_the_same_bytes(
-    finished: Path, quick: Recipe, training: FrameDataset, validation: FrameDataset, tmp_path: Path
+    finished: Path, training: FrameDataset, validation: FrameDataset, tmp_path: Path
 ) -> None:
-    train(quick, training, validation, tmp_path / "again")
-    for name in ("weights.safetensors", "last.safetensors", "metrics.json", "log.jsonl", "loss.png", "predictions.png"):
+    train(QUICK, training, validation, tmp_path / "again")
+    for name in FILES:
         assert (tmp_path / "again" / name).read_bytes() == (finished / name).read_bytes(), name
 
 
-def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
-    finished: Path,
-    quick: Recipe,
-    training: FrameDataset,
-    validation: FrameDataset,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+def test_a_run_broken_anywhere_ends_where_an_unbroken_one_does(
+    finished: Path, training: FrameDataset, validation: FrameDataset, tmp_path: Path
 ) -> None:
-    save = train_module.save_checkpoint
+    """Broken in the middle of an epoch, between two checkpoints, and then once more."""
 
-    def save_then_stop(path: Path, progress: Progress, *state: Any) -> None:
-        save(path, progress, *state)
-        if len(progress.history) == 2:
-            raise KeyboardInterrupt
+    def break_at(step: int) -> Any:
+        def told(done: int, total: int) -> None:
+            assert total == 15
+            if done == step:
+                raise KeyboardInterrupt
 
-    monkeypatch.setattr(train_module, "save_checkpoint", save_then_stop)
-    with pytest.raises(KeyboardInterrupt):
-        train(quick, training, validation, tmp_path / "run")
-    monkeypatch.undo()
-    assert not (tmp_path / "run" / "metrics.json").exists()
-    train(quick, training, validation, tmp_path / "run", resume=True)
-    for path in finished.iterdir():
-        assert (tmp_path / "run" / path.name).read_bytes() == path.read_bytes(), path.name
+        return told
 
-
-def test_a_handful_of_pictures_can_be_learned_by_heart(training: FrameDataset) -> None:
-    handful = Some(training, [i for i in range(len(training)) if _easy(training.annotations(i))][:3])
-    config = TrainConfig(epochs=200, batch=3, learning_rate=5e-3, warmup_steps=5, average_decay=0.8)
-    recipe = Recipe(train=config, model=SMALL, augment=PLAIN)
-    network, average = (build_network(SMALL, len(CATEGORIES)) for _ in range(2))
-    optimizer = AdamW(weight_groups(network, config.weight_decay))
-    pictures = TrainingPictures(handful, PLAIN, 0)
-    losses = [train_epoch(recipe, pictures, network, average, optimizer, epoch)[0] for epoch in range(config.epochs)]
-    assert losses[-1] < 0.25 * losses[0]
-    score = evaluate(average, handful).score()
-    assert score.map50 > 0.95 and score.map > 0.7
+    for step, resume in ((3, False), (9, True)):
+        with pytest.raises(KeyboardInterrupt):
+            train(QUICK, training, validation, tmp_path / "run", resume=resume, told=break_at(step))
+        assert not (tmp_path / "run" / "metrics.json").exists()
+    train(QUICK, training, validation, tmp_path / "run", resume=True)
+    for name in FILES:
+        assert (tmp_path / "run" / name).read_bytes() == (finished / name).read_bytes(), name
+    scalars = [EventAccumulator(str(run / FOLDER)).Reload() for run in (finished, tmp_path / "run")]
+    for name in ("train/loss", "val/map"):
+        whole, broken = ([(event.step, event.value) for event in events.Scalars(name)] for events in scalars)
+        assert whole == broken
+    assert [step for step, _ in whole] == [10, 15]
 
 
-def test_the_score_is_that_of_pycocotools_on_the_datasets_own_file(validation: FrameDataset) -> None:
-    rng = np.random.default_rng(0)
-    found, entries = [], []
-    for i, image_id in enumerate(validation.image_ids):
-        labels = validation.annotations(i)
-        boxes = np.array([label.box_px for label in labels]).reshape(-1, 4) + rng.normal(0, 2, (len(labels), 4))
-        scores = rng.uniform(0.05, 1, len(labels))
-        categories = np.array([label.category_id if rng.random() < 0.8 else 1 for label in labels], dtype=np.int64)
-        found.append(Detections(boxes_px=boxes.astype(np.float32), scores=scores, category_ids=categories))
-        for (x0, y0, x1, y1), score, category_id in zip(
-            found[-1].boxes_px.astype(float), scores, categories, strict=True
-        ):
-            box = [x0, y0, x1 - x0, y1 - y0]
-            entries.append({"image_id": image_id, "category_id": int(category_id), "bbox": box, "score": score})
-    truth = COCO(validation.store.path(layout.COCO))
-    run = COCOeval(truth, truth.loadRes(entries), "bbox")
-    run.evaluate()
-    run.accumulate()
-    run.summarize()
-    score = Evaluation(validation, found).score()
-    assert 0.05 < score.map < 0.95
-    assert [score.map, score.map50] == pytest.approx(run.stats[:2].tolist(), abs=1e-6)
+def test_a_finished_run_resumed_is_finished(finished: Path, training: FrameDataset, validation: FrameDataset) -> None:
+    before = (finished / "metrics.json").read_bytes()
+    train(QUICK, training, validation, finished, resume=True)
+    assert (finished / "metrics.json").read_bytes() == before
+
+
+def _easy(labels: Sequence[Label]) -> bool:
+    sides = [min(x1 - x0, y1 - y0) for x0, y0, x1, y1 in (label.box_px for label in labels if not label.ignore)]
+    return bool(sides) and min(sides) >= 8
+
+
+def test_eight_pictures_can_be_learned_by_heart(training: FrameDataset) -> None:
+    handful = Some(training, [i for i in range(len(training)) if _easy(training.annotations(i))][:8])
+    assert len(handful) == 8
+    config = TrainConfig(epochs=120, batch=8, learning_rate=1e-2, warmup_steps=10, average_decay=0.9)
+    learner = Learner(Recipe(train=config, model=SMALL), CPU, config.epochs)
+    batches = run_batches(TrainingPictures(handful, PLAIN, 0), BatchConfig(batch=8), config.epochs)
+    for step, batch in enumerate(batches):
+        learner.look(batch)
+        learner.learn(step)
+    score = evaluate(learner.average, handful).score()
+    assert score.map > 0.95 and score.map50 > 0.99
 
 
 def test_a_folder_with_files_is_left_alone(
@@ -179,8 +142,23 @@ def test_resuming_needs_a_checkpoint_of_this_run(
         train(_changed(quick, epochs=9), training, validation, finished, resume=True)
     with pytest.raises(InputError, match="other data"):
         train(quick, Some(training, range(20)), validation, finished, resume=True)
-    (tmp_path / "last.safetensors").write_bytes((finished / "last.safetensors").read_bytes()[:5000])
+    last = tmp_path / "last.safetensors"
+    last.write_bytes((finished / "last.safetensors").read_bytes()[:5000])
     with pytest.raises(InputError, match="not a whole safetensors file"):
+        train(quick, training, validation, tmp_path, resume=True)
+    tensors, _ = read_tensors(finished / "last.safetensors", what="", todo="")
+    write_tensors(last, tensors, b"{}")
+    with pytest.raises(InputError, match="a note that cannot be read"):
+        train(quick, training, validation, tmp_path, resume=True)
+
+
+@pytest.mark.parametrize("name", ["network.backbone.stem.0.0.weight", "optimizer.0.exp_avg"])
+def test_a_checkpoint_of_another_size_is_refused(
+    finished: Path, quick: Recipe, training: FrameDataset, validation: FrameDataset, tmp_path: Path, name: str
+) -> None:
+    tensors, note = read_tensors(finished / "last.safetensors", what="", todo="")
+    write_tensors(tmp_path / "last.safetensors", tensors | {name: np.zeros((3, 5), np.float32)}, note)
+    with pytest.raises(InputError, match=r"last.safetensors\n +found: +tensors that do not fit the network"):
         train(quick, training, validation, tmp_path, resume=True)
 
 
@@ -188,18 +166,28 @@ def test_a_dataset_without_boxes_is_refused(quick: Recipe, training: FrameDatase
     empty = Some(training, [i for i in range(len(training)) if not training.annotations(i)])
     with pytest.raises(InputError, match=r"dataset of --train\n +found: +\d+ pictures without a single box"):
         train(quick, empty, training, tmp_path / "run")
-    with pytest.raises(InputError, match="dataset of --val"):
-        train(quick, training, empty, tmp_path / "run")
+    with pytest.raises(InputError, match=r"dataset of --val\n +found: +0 pictures without"):
+        train(quick, training, Some(training, []), tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 
-def test_a_loss_that_is_no_number_stops_the_run(
+def test_a_loss_that_is_no_number_stops_the_run_and_keeps_its_batch(
     quick: Recipe, training: FrameDataset, validation: FrameDataset, tmp_path: Path
 ) -> None:
     wild = _changed(quick, learning_rate=1e30, warmup_steps=1)
-    with pytest.raises(AdcBenchError, match=r"epoch 0, step \d+\n +found: +a loss of (nan|inf)") as caught:
+    kept = tmp_path / "run" / "bad-batch-0.safetensors"
+    with pytest.raises(AdcBenchError, match=rf"epoch 0, step \d+\n +found: +a loss of .*{kept}") as caught:
         train(wild, training, validation, tmp_path / "run")
     assert caught.value.exit_code == 1
+    tensors, note = read_tensors(kept, what="", todo="")
+    told = json.loads(note)
+    assert told["epoch"] == 0 and f"step {told['step']}" in str(caught.value)
+    pictures = TrainingPictures(training, wild.augment, wild.train.seed)
+    config = BatchConfig(batch=8, empty_share=wild.train.empty_share, plain_from=2)
+    batch = list(run_batches(pictures, config, 1))[told["step"]]
+    assert told["image_ids"] == [training.image_ids[i] for i in batch.indices]
+    assert np.array_equal(tensors["pictures"], batch.pictures.numpy())
+    assert np.array_equal(tensors["3.boxes"], batch.truths[3].boxes.numpy())
 
 
 def test_the_checkpoint_holds_the_whole_state(finished: Path) -> None:
@@ -207,8 +195,25 @@ def test_the_checkpoint_holds_the_whole_state(finished: Path) -> None:
     kinds = {name.split(".")[0] for name in tensors}
     assert kinds == {"network", "average", "optimizer"}
     assert len(msgspec.json.decode(note, type=Progress).history) == 3
-    steps = {float(tensor) for name, tensor in tensors.items() if name.endswith(".step")}
-    assert len(steps) == 1
+    steps = {float(tensor.item()) for name, tensor in tensors.items() if name.endswith(".step")}
+    assert steps == {15.0}
+
+
+def _after(*maps: float | None, patience: int | None) -> Progress:
+    """Progress after epochs with these scores; None for an epoch without."""
+    scores = [None if one is None else DetectionScore(pictures=1, map=one, map50=one, categories={}) for one in maps]
+    history = tuple(EpochRecord(epoch=i, losses={}, validation=score) for i, score in enumerate(scores))
+    recipe = Recipe(train=TrainConfig(epochs=9, patience=patience))
+    return Progress(recipe=recipe, data_sha256="", history=history)
+
+
+def test_a_run_ends_when_its_scores_no_longer_become_better() -> None:
+    assert not _after(patience=2).is_over
+    assert not _after(None, 0.5, None, 0.4, patience=2).is_over
+    assert _after(None, 0.5, None, 0.4, 0.3, patience=2).is_over
+    assert not _after(0.5, 0.4, 0.6, 0.5, patience=2).is_over
+    assert not _after(0.5, 0.4, 0.3, 0.2, 0.1, patience=None).is_over
+    assert _after(*[0.5] * 9, patience=None).is_over
 
 
 def test_the_learning_rate_rises_then_falls() -> None:
