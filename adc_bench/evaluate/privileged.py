@@ -4,6 +4,7 @@ It lives in the loop's own process. A submission's process knows nothing of this
 the truth is in no message to it.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +16,10 @@ from adc_bench.evaluate.witness import Witness
 from adc_bench.geometry import Pose2
 from adc_bench.reference import BUILT_IN, Layers
 from adc_bench.stack.ekf import Belief
-from adc_bench.world.frame import Detections, Label
+from adc_bench.world.corners_seen import keypoints_as_seen
+from adc_bench.world.frame import KEYPOINT_VISIBLE, Detections, Label
 
+TRUE_SIGMA_PX = 0.1
 TRUE_COVARIANCE = np.diag(np.square([1e-3, 1e-3, 1e-3]))  # metres and radians: a filter's, all but certain
 
 
@@ -44,7 +47,7 @@ class PrivilegedAgent:
         """Return what is labelled in one of the observation's pictures."""
         truth = self._witness.tell(self._observation.step)
         camera = next(name for name, picture in self._observation.pictures.items() if picture.rgb is rgb)
-        return detections_of(truth.labels[camera])
+        return detections_of(truth.labels[camera], towards_plus_x=math.cos(truth.pose.yaw_rad) > 0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,11 +77,15 @@ def _place(pose: Pose2) -> TruePlace:
     return TruePlace(belief=Belief(mean=np.array([pose.x_m, pose.y_m, pose.yaw_rad]), covariance=TRUE_COVARIANCE))
 
 
-def detections_of(labels: tuple[Label, ...]) -> Detections:
-    """Return labels as a perfect detector's answer; what need not be found is not."""
+def detections_of(labels: tuple[Label, ...], *, towards_plus_x: bool) -> Detections:
+    """Return labels as a perfect detector's answer, from a robot that looks so; what need not be found is not."""
     found = [label for label in labels if not label.ignore]
+    keypoints = keypoints_as_seen(found, towards_plus_x=towards_plus_x)
     return Detections(
         boxes_px=np.array([label.box_px for label in found], dtype=np.float32).reshape(-1, 4),
         scores=np.ones(len(found), dtype=np.float32),
         category_ids=np.array([label.category_id for label in found], dtype=np.int64),
+        keypoints_px=keypoints[..., :2],
+        keypoint_sigma_px=np.full(keypoints.shape[:2], TRUE_SIGMA_PX, np.float32),
+        keypoint_scores=(keypoints[..., 2] == KEYPOINT_VISIBLE).astype(np.float32),
     )

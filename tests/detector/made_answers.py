@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.dataset import FrameDataset
-from adc_bench.detector.data import keypoints_as_seen
 from adc_bench.world.categories import CATEGORY_ID
+from adc_bench.world.corners_seen import keypoints_as_seen
 from adc_bench.world.frame import KEYPOINT_VISIBLE, NO_KEYPOINTS, BoxPx, Conditions, Detections, Label
 
 
@@ -82,7 +82,7 @@ def perfect_answers(source: FrameDataset, score: float = 0.9) -> list[Detections
     answers = []
     for i in range(len(source)):
         asked = [one for one in source.annotations(i) if not one.ignore]
-        keypoints = keypoints_as_seen(asked, source.pose_world_camera(i))
+        keypoints = keypoints_as_seen(asked, towards_plus_x=source.pose_world_camera(i)[0, 2] > 0)
         answers.append(
             Detections(
                 boxes_px=np.array([one.box_px for one in asked], np.float32).reshape(-1, 4),

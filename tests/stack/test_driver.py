@@ -57,6 +57,9 @@ def detections(*seen: tuple[str, tuple[float, float, float, float]]) -> Detectio
         boxes_px=np.array([box for _, box in seen], dtype=np.float32).reshape(-1, 4),
         scores=np.full(len(seen), 0.9, dtype=np.float32),
         category_ids=np.array([CATEGORY_ID[name] for name, _ in seen], dtype=np.int64),
+        keypoints_px=np.zeros((len(seen), 4, 2), dtype=np.float32),
+        keypoint_sigma_px=np.ones((len(seen), 4), dtype=np.float32),
+        keypoint_scores=np.zeros((len(seen), 4), dtype=np.float32),
     )
 
 

@@ -10,6 +10,9 @@ def picture(*seen: tuple[str, float]) -> Detections:
         boxes_px=np.zeros((len(seen), 4), dtype=np.float32),
         scores=np.array([score for _, score in seen], dtype=np.float32),
         category_ids=np.array([CATEGORY_ID[name] for name, _ in seen], dtype=np.int64),
+        keypoints_px=np.zeros((len(seen), 4, 2), dtype=np.float32),
+        keypoint_sigma_px=np.ones((len(seen), 4), dtype=np.float32),
+        keypoint_scores=np.zeros((len(seen), 4), dtype=np.float32),
     )
 
 

@@ -7,10 +7,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.detector.data import LabelledPictures, keypoints_as_seen
+from adc_bench.detector.data import LabelledPictures
 from adc_bench.detector.evaluation.matching import Matches
 from adc_bench.detector.evaluation.spread import Spread, rounded, share, spread_of
 from adc_bench.world.categories import CATEGORIES, CATEGORY_ID
+from adc_bench.world.corners_seen import keypoints_as_seen
 from adc_bench.world.frame import KEYPOINT_VISIBLE
 
 SEEN_SCORE_MIN = 0.5
@@ -67,7 +68,10 @@ def found_corners(source: LabelledPictures, matches: Matches, threshold: float) 
 
 def true_corners(source: LabelledPictures) -> NDArray[np.float32]:
     """Return the keypoints of all labels (t, 4, 3) in the order of `Detections`."""
-    each = [keypoints_as_seen(source.annotations(i), source.pose_world_camera(i)) for i in range(len(source))]
+    each = [
+        keypoints_as_seen(source.annotations(i), towards_plus_x=source.pose_world_camera(i)[0, 2] > 0)
+        for i in range(len(source))
+    ]
     return np.concatenate([np.zeros((0, 4, 3), np.float32), *each])
 
 

@@ -4,10 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pycocotools import mask as rle
 
-from adc_bench.detector.data import LabelledPictures, keypoints_as_seen
+from adc_bench.detector.data import LabelledPictures
 from adc_bench.detector.training.augment import AugmentConfig, augment
 from adc_bench.detector.training.example import DIRECTIONS, Cutting, Example, outline
 from adc_bench.world.categories import CATEGORIES
+from adc_bench.world.corners_seen import keypoints_as_seen
 from adc_bench.world.frame import Label
 from adc_bench.world.streams import stream
 
@@ -66,7 +67,7 @@ def load_example(source: LabelledPictures, index: int) -> Example:
         np.array([_outline(label, rgb) for label in labels], np.float32).reshape(-1, DIRECTIONS.shape[1], 2),
         np.array([label.category_id - 1 for label in labels], np.int64),
         np.array([label.ignore for label in labels], np.bool_),
-        keypoints_as_seen(labels, source.pose_world_camera(index)),
+        keypoints_as_seen(labels, towards_plus_x=source.pose_world_camera(index)[0, 2] > 0),
     )
 
 
