@@ -22,10 +22,11 @@ run adc-bench render --split val --frames 400 --out "$demo/val"
 resume=--resume
 [ -e "$demo/detector/last.safetensors" ] || { rm -rf "$demo/detector" && resume=; }
 run adc-bench train-detector --train "$demo/train" --val "$demo/val" --out "$demo/detector" \
-  --config adc_bench/detector/training/recipes/demo.toml $resume
+  --config demo $resume
 run adc-bench evaluate submission thesis --suite d1 --episodes 1 --out "$demo/drive" \
   --set "weights=$demo/detector/weights.safetensors"
 run adc-bench leaderboard export --out "$demo/leaderboard.json"
+run adc-bench leaderboard site --out "$demo/site"
 
 echo
 python scripts/demo_summary.py "$demo" $(($(date +%s) - started))

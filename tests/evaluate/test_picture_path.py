@@ -5,7 +5,7 @@ import pytest
 
 from adc_bench.api import EncoderSamples, ImuSamples
 from adc_bench.dataset import FrameDataset, load_split
-from adc_bench.evaluate.wire import observation, sense
+from adc_bench.evaluate.sensed import Sensed, observation_of
 from adc_bench.generate import render_split
 from adc_bench.world.picture import decode_picture
 
@@ -22,7 +22,9 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> FrameDataset:
 
 def test_a_picture_is_the_same_in_training_and_in_driving(dataset: FrameDataset) -> None:
     for i in range(len(dataset)):
-        seen = observation(sense(0, 0.0, {"road": (0.0, dataset.jpeg(i))}, NO_TICKS, NO_TURNS)).pictures["road"].rgb
+        pictures = {"road": (0.0, dataset.jpeg(i))}
+        sensed = Sensed(step=0, time_s=0.0, pictures=pictures, encoders=NO_TICKS, imu=NO_TURNS)
+        seen = observation_of(sensed).pictures["road"].rgb
         assert seen.dtype == np.uint8 and seen.shape == (120, 160, 3) and seen.flags.c_contiguous
         assert np.array_equal(seen, dataset.picture(i))
 
