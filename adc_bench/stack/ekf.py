@@ -150,9 +150,8 @@ def compare_line(belief: Belief, seen: SeenLine, noise: Array, line_world: SeenL
 
 
 def nearest(innovations: Iterable[Innovation]) -> Innovation | None:
-    """Return the innovation of the nearest candidate, or None where none is inside its gate."""
-    best = min(innovations, key=lambda innovation: innovation.squared_distance, default=None)
-    return best if best is not None and best.inside_gate else None
+    """Return the innovation of the nearest candidate, inside its gate or not; None where there is none."""
+    return min(innovations, key=lambda innovation: innovation.squared_distance, default=None)
 
 
 def correct(belief: Belief, innovation: Innovation, repeats: float = 1.0) -> Belief:

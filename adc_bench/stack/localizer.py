@@ -1,9 +1,10 @@
 """Where the robot is: encoders predict, what the road camera sees corrects."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,13 +55,25 @@ class LocalizerParams:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Sighting:
+    """A landmark seen, whether it is inside its gate or not, against the belief that it met."""
+
+    kind: Literal["line", "circle", "corner"]
+    innovation: Innovation
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LocalizerState:
-    """The belief with all that carries it from picture to picture; `s_m` grows along the lap and beyond it."""
+    """The belief with all that carries it from picture to picture; `s_m` grows along the lap and beyond it.
+
+    `sightings` are those of the last observation.
+    """
 
     belief: Belief
     s_m: float
     track: WheelTrack | None = None
     lines: LaneLines = field(default_factory=LaneLines)
+    sightings: tuple[Sighting, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +111,7 @@ class Localizer:
 
     def step(self, state: LocalizerState, observation: Observation) -> LocalizerState:
         """Return the state at the observation's time; until the robot moves, the start pose stands."""
-        road = observation.pictures.get("road")
+        road, state = observation.pictures.get("road"), replace(state, sightings=())
         if road is not None and self.params.corrections and self._has_moved(state):
             state = self.look(self.move(state, observation.encoders, road.time_s), road.rgb)
         return self.move(state, observation.encoders, observation.time_s)
@@ -118,15 +131,23 @@ class Localizer:
         """Return the state corrected by a road picture (height, width, 3) taken where the state is."""
         paint = find_paint(self.birds_eye, rgb)
         lines = find_lane_lines(state.lines, paint, self.lane_map.half_lane_m)
-        belief = state.belief
+        belief, seen = state.belief, []
         for stretch in self.lane_map.stretches(lines, belief, state.s_m):
-            innovation = self._compare_stretch(belief, stretch)
-            belief = belief if innovation is None else correct(belief, innovation, self.params.repeats)
-        for innovation in self._compare_crosswalk(replace(state, belief=belief), rgb, paint):
-            belief = correct(belief, innovation, self.params.repeats)
-        return replace(state, belief=belief, lines=lines)
+            sighting = self._compare_stretch(belief, stretch)
+            if sighting is not None:
+                seen.append(sighting)
+                belief = self._believe(belief, sighting)
+        corners = self._compare_crosswalk(replace(state, belief=belief), rgb, paint)
+        for corner in corners:
+            belief = self._believe(belief, corner)
+        return replace(state, belief=belief, lines=lines, sightings=(*seen, *corners))
 
-    def _compare_stretch(self, belief: Belief, stretch: Stretch) -> Innovation | None:
+    def _believe(self, belief: Belief, sighting: Sighting) -> Belief:
+        """Return the belief after a sighting, which counts if it is inside its gate."""
+        innovation = sighting.innovation
+        return correct(belief, innovation, self.params.repeats) if innovation.inside_gate else belief
+
+    def _compare_stretch(self, belief: Belief, stretch: Stretch) -> Sighting | None:
         """Return what a stretch of lane says, against the nearest landmark of its kind; None where it says nothing."""
         if stretch.curvature_pm == 0:
             seen_line = see_straight(stretch.points_robot, self.birds_eye)
@@ -134,14 +155,15 @@ class Localizer:
                 return None
             line = SeenLine(normal_rad=float(seen_line.parameters[0]), distance_m=float(seen_line.parameters[1]))
             straights = self.lane_map.straights()
-            return nearest(compare_line(belief, line, seen_line.covariance, known) for known in straights)
+            return _sighting("line", (compare_line(belief, line, seen_line.covariance, known) for known in straights))
         circle = see_circle(stretch.by_radius(), stretch.curvature_pm, self.birds_eye)
         if circle is None:
             return None
         centres = self.lane_map.centres(stretch.curvature_pm)
-        return nearest(compare_point(belief, circle.parameters, circle.covariance, centre) for centre in centres)
+        seen, noise = circle.parameters, circle.covariance
+        return _sighting("circle", (compare_point(belief, seen, noise, centre) for centre in centres))
 
-    def _compare_crosswalk(self, state: LocalizerState, rgb: NDArray[np.uint8], paint: Paint) -> list[Innovation]:
+    def _compare_crosswalk(self, state: LocalizerState, rgb: NDArray[np.uint8], paint: Paint) -> list[Sighting]:
         """Return what the near corners of the crosswalk say, each against the nearest corner of the map."""
         road_yaw_rad = self._crosswalk_ahead(state)
         if road_yaw_rad is None:
@@ -153,9 +175,9 @@ class Localizer:
         belief, found = state.belief, []
         for corner, covariance in zip(seen.corners_robot, seen.covariances, strict=True):
             candidates = self.lane_map.course.crosswalk_corners
-            innovation = nearest(compare_point(belief, corner, covariance, candidate) for candidate in candidates)
-            if innovation is not None:
-                found.append(innovation)
+            sighting = _sighting("corner", (compare_point(belief, corner, covariance, each) for each in candidates))
+            if sighting is not None:
+                found.append(sighting)
         return found
 
     def _crosswalk_ahead(self, state: LocalizerState) -> float | None:
@@ -174,3 +196,9 @@ class Localizer:
                 x0, y0, x1, y1 = (float(v) for v in box)
                 return x0, y0, x1, y1
         return None
+
+
+def _sighting(kind: Literal["line", "circle", "corner"], candidates: Iterable[Innovation]) -> Sighting | None:
+    """Return a sighting of the nearest landmark of its kind; None where the map has none."""
+    innovation = nearest(candidates)
+    return None if innovation is None else Sighting(kind=kind, innovation=innovation)

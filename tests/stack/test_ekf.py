@@ -123,7 +123,8 @@ def test_association_takes_the_nearest_or_none() -> None:
     best = nearest(compare_point(belief, np.array([2.0, 0.47]), noise, landmark) for landmark in landmarks)
     assert best is not None
     np.testing.assert_allclose(best.residual, [0.0, -0.03], atol=1e-12)
-    assert nearest(compare_point(belief, np.array([2.0, 0.0]), noise, landmark) for landmark in landmarks) is None
+    far = nearest(compare_point(belief, np.array([2.0, 0.0]), noise, landmark) for landmark in landmarks)
+    assert far is not None and not far.inside_gate
     assert nearest(()) is None
 
 
