@@ -9,9 +9,11 @@ from typing import Any
 from adc_bench.api import Agent, Mission
 from adc_bench.errors import UsageError
 from adc_bench.stack import Driver, StandStill
+from adc_bench.stack.conduct import AfterArrow, Conduct
 from adc_bench.stack.driver import Localizing
 from adc_bench.stack.edge_localizer import EdgeLocalizer
 from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
+from adc_bench.stack.orders_pilot import OrdersPilot
 from adc_bench.stack.pilots import HeadingPilot, LinePilot, Pilot, TrajectoryPilot
 
 Options = Mapping[str, str]
@@ -32,7 +34,8 @@ PILOTS: Mapping[str, Callable[..., Pilot[Any]]] = {"pid": HeadingPilot, "lineari
 
 
 def reference(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
-    """Return the best driver here: the map's paint edges for its place, a rounded line at the robot's limits.
+    """Return the best driver here: the map's paint edges for its place, a rounded line at the robot's limits,
+    the panels' orders, parking.
 
     Options: `weights` (a file), `speed_mps` (the greatest speed).
     """
@@ -41,7 +44,7 @@ def reference(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     return Driver(
         layers.detect or _detect(options),
         layers.localizer or (lambda mission: EdgeLocalizer(mission=mission)),
-        lambda mission: LinePilot(mission=mission, speed_mps=speed_mps),
+        lambda mission: _reference_conduct(mission, speed_mps),
     )
 
 
@@ -84,12 +87,19 @@ BUILT_IN: Mapping[str, Callable[..., Agent]] = {
 }
 
 
+def _reference_conduct(mission: Mission, speed_mps: float) -> Conduct[Any]:
+    """Return who obeys the panels; where they only start and end a run, who drives it all from the arrow on."""
+    if "orders" in mission.elements or mission.parking:
+        return OrdersPilot(mission=mission, speed_mps=speed_mps)
+    return AfterArrow(pilot=LinePilot(mission=mission, speed_mps=speed_mps))
+
+
 def _driver(options: Options, layers: Layers, pilot: Callable[..., Pilot[Any]], params: LocalizerParams) -> Agent:
     detect, speed_mps = layers.detect or _detect(options), _number(options, "speed_mps", default=THESIS_SPEED_MPS)
     return Driver(
         detect,
         layers.localizer or (lambda mission: Localizer(mission=mission, detect=detect, params=params)),
-        lambda mission: pilot(mission=mission, speed_mps=speed_mps),
+        lambda mission: AfterArrow(pilot=pilot(mission=mission, speed_mps=speed_mps)),
     )
 
 

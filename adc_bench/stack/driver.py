@@ -1,14 +1,13 @@
-"""The driver: waits for the green arrow, then steers by where its localiser has it."""
+"""The driver: steers by where its localiser has it, as its conduct says, which it shows the panels."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeVar
 
 from adc_bench.api import Command, Mission, Observation
+from adc_bench.stack.conduct import Conduct
 from adc_bench.stack.ekf import Belief
 from adc_bench.stack.localizer import Detect
-from adc_bench.stack.panel import PanelReading, read_panel
-from adc_bench.stack.pilots import Pilot
 from adc_bench.stack.prediction import UnderWay, at_rest, send, when_acting
 from adc_bench.world.robot import Motion
 
@@ -45,34 +44,33 @@ class DriverState(Generic[Place, Progress]):
     place: Place
     progress: Progress
     under_way: UnderWay
-    panel: PanelReading = field(default_factory=PanelReading)
 
 
 class Driver(Generic[Place, Progress]):
-    """An agent of the benchmark: a localiser and a pilot, made for the mission that it is told."""
+    """An agent of the benchmark: a localiser and a conduct, made for the mission that it is told."""
 
     def __init__(
         self,
         detect: Detect,
         localizer: Callable[[Mission], Localizing[Place]],
-        pilot: Callable[[Mission], Pilot[Progress]],
+        conduct: Callable[[Mission], Conduct[Progress]],
     ) -> None:
-        self._detect, self._make_localizer, self._make_pilot = detect, localizer, pilot
+        self._detect, self._make_localizer, self._make_conduct = detect, localizer, conduct
 
     def start(self, mission: Mission) -> None:
         """Take the mission's map, robot and rig."""
         self._mission = mission
-        self._localizer, self._pilot = self._make_localizer(mission), self._make_pilot(mission)
+        self._localizer, self._conduct = self._make_localizer(mission), self._make_conduct(mission)
         self._state = DriverState(
             place=self._localizer.start(),
-            progress=self._pilot.start(),
+            progress=self._conduct.start(),
             under_way=at_rest(mission.control_period_s, mission.latency_s),
         )
 
     def step(self, observation: Observation) -> Command:
         """Answer with the command, and the estimate at the observation's time."""
         state = replace(self._state, place=self._localizer.step(self._state.place, observation))
-        state, command = self._steer(self._read_panel(state, observation))
+        state, command = self._steer(self._see(self._look(state, observation), observation))
         self._state = state
         belief = state.place.belief
         return Command(
@@ -82,22 +80,25 @@ class Driver(Generic[Place, Progress]):
             covariance=covariance_figures(belief),
         )
 
-    def _read_panel(
-        self, state: DriverState[Place, Progress], observation: Observation
-    ) -> DriverState[Place, Progress]:
-        """Return the state after a picture of the panel, looked at until the arrow is believed."""
+    def _look(self, state: DriverState[Place, Progress], observation: Observation) -> DriverState[Place, Progress]:
+        """Return the state after a picture of the panel, detected in only where it matters."""
         picture = observation.pictures.get("panel")
-        if state.panel.sign == "up" or picture is None:
+        if picture is None or not self._conduct.looks(state.progress):
             return state
-        return replace(state, panel=read_panel(state.panel, self._detect(picture.rgb)))
+        return replace(state, progress=self._conduct.look(state.progress, self._detect(picture.rgb)))
+
+    def _see(self, state: DriverState[Place, Progress], observation: Observation) -> DriverState[Place, Progress]:
+        """Return the state after a scan of the laser, if there is one."""
+        if observation.laser is None:
+            return state
+        progress = self._conduct.see(state.progress, state.place.belief.pose, observation.laser)
+        return replace(state, progress=progress)
 
     def _steer(self, state: DriverState[Place, Progress]) -> tuple[DriverState[Place, Progress], Motion]:
         """Return the state after sending the next command, and that."""
         robot, period_s = self._mission.robot, self._mission.control_period_s
-        progress, command = state.progress, Motion()
-        if state.panel.sign == "up":
-            pose, motion = when_acting(state.under_way, robot, state.place.belief.pose, period_s)
-            progress, command = self._pilot.steer(progress, pose, motion)
+        pose, motion = when_acting(state.under_way, robot, state.place.belief.pose, period_s)
+        progress, command = self._conduct.steer(state.progress, pose, motion)
         return replace(state, progress=progress, under_way=send(state.under_way, robot, command, period_s)), command
 
 

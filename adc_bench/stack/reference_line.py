@@ -56,6 +56,19 @@ class ReferenceLine:
         """Return the curvature in 1/m at an arc length."""
         return float(np.interp(s_m, self.s_m, self.curvature_pm))
 
+    def part(self, from_m: float, to_m: float) -> "ReferenceLine":
+        """Return the line from about one arc length to another; it begins and ends on samples just outside."""
+        low, high = np.searchsorted(self.s_m, from_m, side="right") - 1, np.searchsorted(self.s_m, to_m) + 1
+        kept = slice(max(int(low), 0), int(high))
+        return ReferenceLine(
+            s_m=self.s_m[kept] - self.s_m[kept][0],
+            path_s_m=self.path_s_m[kept],
+            x_m=self.x_m[kept],
+            y_m=self.y_m[kept],
+            yaw_rad=self.yaw_rad[kept],
+            curvature_pm=self.curvature_pm[kept],
+        )
+
     def project(self, pose: Pose2, around_s_m: float, window_m: float = 0.5) -> float:
         """Return the arc length of the nearest point within a window, so that a line that crosses itself keeps its
         branch.

@@ -14,6 +14,7 @@ from adc_bench.api import Agent, Command, EncoderSamples, ImuSamples, Mission, O
 from adc_bench.geometry import Pose2, wrap_rad
 from adc_bench.stack import Driver, StandStill
 from adc_bench.stack.birds_eye import BirdsEye
+from adc_bench.stack.conduct import AfterArrow
 from adc_bench.stack.edge_localizer import EdgeLocalizer
 from adc_bench.stack.localizer import Localizer, LocalizerParams
 from adc_bench.stack.pilots import HeadingPilot, LinePilot
@@ -136,7 +137,7 @@ def make_driver(world: World, laps: int = 2, speed_mps: float = 1.0, corrections
     agent = Driver(
         world.detect,
         lambda mission: Localizer(mission=mission, detect=world.detect, params=params),
-        lambda mission: HeadingPilot(mission=mission, speed_mps=speed_mps),
+        lambda mission: AfterArrow(pilot=HeadingPilot(mission=mission, speed_mps=speed_mps)),
     )
     agent.start(mission(laps, world.lens))
     return agent
@@ -178,7 +179,7 @@ def test_the_reference_at_the_limit_from_pixels() -> None:
     agent = Driver(
         world.detect,
         lambda task: EdgeLocalizer(mission=task),
-        lambda task: LinePilot(mission=task, speed_mps=2.2),
+        lambda task: AfterArrow(pilot=LinePilot(mission=task, speed_mps=2.2)),
     )
     agent.start(mission())
     errors, offsets, s_m = [], [], 0.0
