@@ -1,4 +1,4 @@
-"""Manoeuvres at low speed: straight legs, forwards or backwards, and turns on the spot, each to a stop."""
+"""Manoeuvres at low speed: straight ways, forwards or backwards, and turns on the spot, each to a stop."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ BEHIND = Pose2(x_m=0.0, y_m=0.0, yaw_rad=math.pi)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Leg:
+class Straight:
     """A straight way that ends at `goal`, along its heading or, in reverse, tail first."""
 
     goal: Pose2
@@ -25,7 +25,7 @@ class Turn:
     yaw_rad: float
 
 
-Manoeuvre = tuple[Leg | Turn, ...]
+Manoeuvre = tuple[Straight | Turn, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,18 +55,18 @@ def follow_manoeuvre(
     piece, *later = manoeuvre
     command = (
         _drive(piece, pose, motion, period_s, params)
-        if isinstance(piece, Leg)
+        if isinstance(piece, Straight)
         else _turn(piece, pose, motion, period_s, params)
     )
     return (manoeuvre, command) if command else (tuple(later), Motion())
 
 
-def _drive(leg: Leg, pose: Pose2, motion: Motion, period_s: float, params: ManoeuvreParams) -> Motion | None:
+def _drive(way: Straight, pose: Pose2, motion: Motion, period_s: float, params: ManoeuvreParams) -> Motion | None:
     """Return the command of a control step, None at the end.
 
     Backwards a robot follows a line as one that looks back does forwards: the turn rate is the same.
     """
-    goal, pose, sign = (leg.goal @ BEHIND, pose @ BEHIND, -1.0) if leg.reverse else (leg.goal, pose, 1.0)
+    goal, pose, sign = (way.goal @ BEHIND, pose @ BEHIND, -1.0) if way.reverse else (way.goal, pose, 1.0)
     seen, now_mps = goal.inverse() @ pose, sign * motion.v_mps
     if -seen.x_m <= params.near_m and abs(now_mps) <= params.slow_mps:
         return None

@@ -14,7 +14,7 @@ import numpy as np
 
 from adc_bench.api import LaserScan, Mission
 from adc_bench.geometry import Pose2, wrap_rad
-from adc_bench.stack.manoeuvre import Leg, Manoeuvre, ManoeuvreParams, Turn, follow_manoeuvre
+from adc_bench.stack.manoeuvre import Manoeuvre, ManoeuvreParams, Straight, Turn, follow_manoeuvre
 from adc_bench.stack.parking_view import Array, free_pose, places_of, points_met
 from adc_bench.world.course import Course
 from adc_bench.world.parking import ParkingKind
@@ -93,15 +93,15 @@ class ParkingPilot:
         return replace(state, stage="entering", manoeuvre=plan_parking(self._course, pose, place))
 
 
-def along_lane(course: Course, pose: Pose2, x_m: float) -> Leg:
+def along_lane(course: Course, pose: Pose2, x_m: float) -> Straight:
     """Return the way along the start straight's right-hand lane to an x, backwards where that lies behind the pose."""
     goal = Pose2(x_m=x_m, y_m=-course.spec.lane_outer_radius_m, yaw_rad=0.0)
-    return Leg(goal=goal, reverse=x_m < pose.x_m)
+    return Straight(goal=goal, reverse=x_m < pose.x_m)
 
 
 def plan_parking(course: Course, pose: Pose2, place: Pose2) -> Manoeuvre:
     """Return the way from a pose in the start straight's right-hand lane to standing at a place's pose beside it."""
-    entered = Leg(goal=Pose2(x_m=place.x_m, y_m=place.y_m, yaw_rad=AWAY_RAD), reverse=True)
+    entered = Straight(goal=Pose2(x_m=place.x_m, y_m=place.y_m, yaw_rad=AWAY_RAD), reverse=True)
     way: Manoeuvre = (along_lane(course, pose, place.x_m), Turn(yaw_rad=AWAY_RAD), entered)
     turned = abs(wrap_rad(place.yaw_rad - AWAY_RAD)) > SAME_RAD
     return (*way, Turn(yaw_rad=place.yaw_rad)) if turned else way

@@ -1,4 +1,4 @@
-"""Legs and turns on a robot that does as it is told, at once: ends, directions, and that no piece lasts for ever."""
+"""Straight ways and turns on a robot that does as it is told, at once: ends, directions, and that no piece lasts for ever."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from adc_bench.geometry import Pose2, wrap_rad
-from adc_bench.stack.manoeuvre import Leg, Manoeuvre, ManoeuvreParams, Turn, follow_manoeuvre, next_speed
+from adc_bench.stack.manoeuvre import Manoeuvre, ManoeuvreParams, Straight, Turn, follow_manoeuvre, next_speed
 from adc_bench.stack.prediction import arc_step
 from adc_bench.world.robot import Motion
 
@@ -31,9 +31,9 @@ def driven(manoeuvre: Manoeuvre, pose: Pose2, seed: int | None = None) -> tuple[
 
 @pytest.mark.parametrize("reverse", [False, True])
 @pytest.mark.parametrize("aside_m", [0.0, 0.03])
-def test_a_leg_ends_at_its_goal(reverse: bool, aside_m: float) -> None:
+def test_a_straight_way_ends_at_its_goal(reverse: bool, aside_m: float) -> None:
     goal = Pose2(x_m=-1.5 if reverse else 1.5, y_m=0.0, yaw_rad=0.0)
-    end, steps = driven((Leg(goal=goal, reverse=reverse),), Pose2(x_m=0.0, y_m=aside_m, yaw_rad=0.05))
+    end, steps = driven((Straight(goal=goal, reverse=reverse),), Pose2(x_m=0.0, y_m=aside_m, yaw_rad=0.05))
     assert math.hypot(end.x_m - goal.x_m, end.y_m) < 0.01 and abs(end.yaw_rad) < 0.02
     assert steps * PERIOD_S < 1.5 / PARAMS.speed_mps + 1.5
 
@@ -50,14 +50,14 @@ def test_a_turn_ends_at_its_heading_the_shorter_way_round(yaw_rad: float, from_r
 
 def test_pieces_follow_one_another() -> None:
     corner, end = Pose2(x_m=1.0, y_m=0.0, yaw_rad=0.0), Pose2(x_m=1.0, y_m=-0.8, yaw_rad=math.pi / 2)
-    pose, _ = driven((Leg(goal=corner), Turn(yaw_rad=math.pi / 2), Leg(goal=end, reverse=True)), ORIGIN)
+    pose, _ = driven((Straight(goal=corner), Turn(yaw_rad=math.pi / 2), Straight(goal=end, reverse=True)), ORIGIN)
     assert np.allclose((pose.x_m, pose.y_m, pose.yaw_rad), (1.0, -0.8, math.pi / 2), atol=0.01)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_noisy_poses_neither_hold_it_up_nor_lead_it_away(seed: int) -> None:
     corner, end = Pose2(x_m=1.0, y_m=0.0, yaw_rad=0.0), Pose2(x_m=1.0, y_m=-0.8, yaw_rad=math.pi / 2)
-    manoeuvre = (Leg(goal=corner), Turn(yaw_rad=math.pi / 2), Leg(goal=end, reverse=True), Turn(yaw_rad=0.0))
+    manoeuvre = (Straight(goal=corner), Turn(yaw_rad=math.pi / 2), Straight(goal=end, reverse=True), Turn(yaw_rad=0.0))
     pose, steps = driven(manoeuvre, ORIGIN, seed)
     assert np.allclose((pose.x_m, pose.y_m), (1.0, -0.8), atol=0.04) and abs(pose.yaw_rad) < math.radians(3)
     assert steps * PERIOD_S < 10.0

@@ -14,7 +14,7 @@ from adc_bench.evaluate.ground import ground_of
 from adc_bench.evaluate.standing import is_inside
 from adc_bench.evaluate.suite import load_suite, mission_for
 from adc_bench.geometry import Pose2
-from adc_bench.stack.manoeuvre import Leg, Turn
+from adc_bench.stack.manoeuvre import Straight, Turn
 from adc_bench.stack.parking import LOOK_S, ParkingPilot, along_lane, plan_parking
 from adc_bench.stack.parking_view import free_pose, places_of, points_met
 from adc_bench.world.drawing import box_floor
@@ -93,8 +93,8 @@ def way_of(pose: Pose2, place: Pose2) -> list[Pose2]:
     poses = [pose]
     for piece in plan_parking(COURSE, pose, place):
         here = poses[-1]
-        end = piece.goal if isinstance(piece, Leg) else msgspec.structs.replace(here, yaw_rad=piece.yaw_rad)
-        if isinstance(piece, Leg):
+        end = piece.goal if isinstance(piece, Straight) else msgspec.structs.replace(here, yaw_rad=piece.yaw_rad)
+        if isinstance(piece, Straight):
             seen = here.inverse() @ end
             assert abs(seen.yaw_rad) < 1e-9 and abs(seen.y_m) < 1e-9
             assert abs(seen.x_m) < 1e-9 or (seen.x_m < 0) == piece.reverse
@@ -126,7 +126,7 @@ def test_a_place_passed_is_driven_back_to() -> None:
     pose = Pose2(x_m=3.0, y_m=LANE_Y_M, yaw_rad=0.0)
     assert along_lane(COURSE, pose, 2.5).reverse and not along_lane(COURSE, pose, 3.5).reverse
     kinds = [type(piece) for piece in plan_parking(COURSE, pose, COURSE.parking_places[0].pose)]
-    assert kinds == [Leg, Turn, Leg, Turn]
+    assert kinds == [Straight, Turn, Straight, Turn]
 
 
 def test_stages_follow_one_another_and_looking_ends_by_itself() -> None:
@@ -139,7 +139,7 @@ def test_stages_follow_one_another_and_looking_ends_by_itself() -> None:
         stages += [state.stage] if stages[-1:] != [state.stage] else []
         if state.manoeuvre:
             piece = state.manoeuvre[0]
-            pose = piece.goal if isinstance(piece, Leg) else msgspec.structs.replace(pose, yaw_rad=piece.yaw_rad)
+            pose = piece.goal if isinstance(piece, Straight) else msgspec.structs.replace(pose, yaw_rad=piece.yaw_rad)
         if state.is_done:
             break
     assert stages == ["coming", "looking", "entering"] and command == Motion()
