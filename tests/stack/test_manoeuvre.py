@@ -1,4 +1,4 @@
-"""Straight ways and turns on a robot that does as it is told, at once: ends, directions, and that no piece lasts for ever."""
+"""Straight ways and turns on a robot that does as told, at once: ends, directions, and that no piece lasts for ever."""
 
 import math
 
