@@ -17,6 +17,7 @@ from adc_bench.cli.evaluate_submission import rescore
 from adc_bench.cli.evaluate_submission import submission as evaluate_submission
 from adc_bench.cli.leaderboard import app as leaderboard
 from adc_bench.cli.render import render
+from adc_bench.cli.reproduce import app as reproduce
 from adc_bench.cli.train_detector import train_detector
 from adc_bench.cli.validate import validate
 from adc_bench.errors import AdcBenchError, MachineError
@@ -63,6 +64,7 @@ evaluate.command("submission")(evaluate_submission)
 app.command()(validate)
 app.command()(rescore)
 app.add_typer(leaderboard, name="leaderboard")
+app.add_typer(reproduce, name="reproduce")
 
 
 def main(words: Sequence[str] | None = None, commands: typer.Typer = app) -> NoReturn:

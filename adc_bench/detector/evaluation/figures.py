@@ -22,8 +22,8 @@ COLOURS = ("#3b7fb6", "#d9822b", "#3f9d5a", "#b04a5a", "#8467b8", "#8f7a2f")
 GOALS_CM = ((0.5, 2.0, 2.0), (2.0, 4.0, 5.0))  # from, to in metres, the median error wanted there
 
 
-def png(draw: Draw, ink: str, size_in: tuple[float, float] = (6.4, 4.2)) -> bytes:
-    """Return what `draw` draws, with writing in the colour `ink` on nothing."""
+def png(draw: Draw, ink: str, size_in: tuple[float, float] = (6.4, 4.2), paper: str = "none") -> bytes:
+    """Return what `draw` draws, with writing in the colour `ink` on paper of a colour, or on none."""
     with mpl.rc_context(
         {
             "text.color": ink,
@@ -34,7 +34,7 @@ def png(draw: Draw, ink: str, size_in: tuple[float, float] = (6.4, 4.2)) -> byte
             "axes.prop_cycle": cycler(color=COLOURS),
         }
     ):
-        figure = Figure(figsize=size_in, layout="constrained", facecolor="none")
+        figure = Figure(figsize=size_in, layout="constrained", facecolor=paper)
         FigureCanvasAgg(figure)
         draw(figure)
         for axes in figure.axes:
