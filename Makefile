@@ -4,7 +4,8 @@
 # make weights  train the weights that ship with the package       make bench   measure the README's figures
 # make dataset  the public dataset: 11,000 frames and 60 drives, checked, counted and shown, into build/dataset
 # make pictures draw the pictures of docs/arena.md and docs/labels.md
-.PHONY: setup demo test check proofs weights dataset bench pictures lock
+# make thesis   drive the thesis' experiments again, into build/thesis and docs/thesis.md
+.PHONY: setup demo test check proofs weights dataset bench pictures thesis lock
 BIN := .venv/bin
 
 setup:
@@ -40,6 +41,10 @@ pictures: setup
 	$(BIN)/python scripts/arena_pictures.py
 	$(BIN)/python scripts/label_picture.py
 	$(BIN)/python scripts/mask_picture.py
+
+thesis: setup
+	$(BIN)/adc-bench reproduce thesis --out build/thesis
+	$(BIN)/python scripts/thesis_page.py build/thesis
 
 lock:
 	sh scripts/lock.sh --upgrade
