@@ -88,8 +88,8 @@ BUILT_IN: Mapping[str, Callable[..., Agent]] = {
 
 
 def _reference_conduct(mission: Mission, speed_mps: float) -> Conduct[Any]:
-    """Return who obeys the panels; where they only start and end a run, who drives it all from the arrow on."""
-    if "orders" in mission.elements or mission.parking:
+    """Return who looks about and obeys; where panels only start and end a run, who drives it all from the arrow on."""
+    if {"orders", "vertical_signs"} & set(mission.elements) or mission.parking:
         return OrdersPilot(mission=mission, speed_mps=speed_mps)
     return AfterArrow(pilot=LinePilot(mission=mission, speed_mps=speed_mps))
 

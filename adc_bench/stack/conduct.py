@@ -7,6 +7,7 @@ from adc_bench.api import LaserScan
 from adc_bench.geometry import Pose2
 from adc_bench.stack.panel import PanelReading, read_panel
 from adc_bench.stack.pilots import Pilot
+from adc_bench.world.categories import SignCategory
 from adc_bench.world.frame import Detections
 from adc_bench.world.robot import Motion
 
@@ -18,11 +19,15 @@ class Conduct(Pilot[State], Protocol[State]):
     """A pilot that is shown the panels and the laser's scans."""
 
     def looks(self, state: State) -> bool:
-        """Return whether the next picture of the panel matters."""
+        """Return whether the next picture by the panels' camera matters."""
         ...
 
-    def look(self, state: State, detections: Detections) -> State:
-        """Return the state after a picture of the panel."""
+    def look(self, state: State, pose: Pose2, detections: Detections) -> State:
+        """Return the state after a picture by the panels' camera, taken at this pose."""
+        ...
+
+    def report(self, state: State) -> SignCategory | None:
+        """Return the vertical sign to be reported now, or None."""
         ...
 
     def see(self, state: State, pose: Pose2, scan: LaserScan) -> State:
@@ -52,9 +57,13 @@ class AfterArrow(Generic[Progress]):
         """Return whether the arrow is still awaited."""
         return state.reading.sign != "up"
 
-    def look(self, state: ArrowProgress[Progress], detections: Detections) -> ArrowProgress[Progress]:
+    def look(self, state: ArrowProgress[Progress], pose: Pose2, detections: Detections) -> ArrowProgress[Progress]:
         """Return the state after a picture of the panel."""
         return replace(state, reading=read_panel(state.reading, detections))
+
+    def report(self, state: ArrowProgress[Progress]) -> SignCategory | None:
+        """Return None: no vertical signs are read."""
+        return None
 
     def see(self, state: ArrowProgress[Progress], pose: Pose2, scan: LaserScan) -> ArrowProgress[Progress]:
         """Return the state: nothing is looked for with the laser."""

@@ -78,6 +78,7 @@ class Driver(Generic[Place, Progress]):
             omega_radps=command.omega_radps,
             pose_world_robot=belief.pose,
             covariance=covariance_figures(belief),
+            sign=self._conduct.report(state.progress),
         )
 
     def _look(self, state: DriverState[Place, Progress], observation: Observation) -> DriverState[Place, Progress]:
@@ -85,7 +86,8 @@ class Driver(Generic[Place, Progress]):
         picture = observation.pictures.get("panel")
         if picture is None or not self._conduct.looks(state.progress):
             return state
-        return replace(state, progress=self._conduct.look(state.progress, self._detect(picture.rgb)))
+        progress = self._conduct.look(state.progress, state.place.belief.pose, self._detect(picture.rgb))
+        return replace(state, progress=progress)
 
     def _see(self, state: DriverState[Place, Progress], observation: Observation) -> DriverState[Place, Progress]:
         """Return the state after a scan of the laser, if there is one."""

@@ -13,12 +13,14 @@ from adc_bench.stack.legs import Leg, half_lap_leg, last_leg, stop_before_m, way
 from adc_bench.stack.orders import OrdersState, look, loop_behind, take_order
 from adc_bench.stack.parking import ParkingPilot, ParkingState
 from adc_bench.stack.pilots import BEYOND_FINISH_M
+from adc_bench.stack.sign_reading import SignParams, SignsState, read_signs
 from adc_bench.stack.timetable import SpeedLimits, Timetable, fastest
 from adc_bench.stack.tracker import Tracker, TrackerParams
-from adc_bench.world.categories import PanelSign
+from adc_bench.world.categories import PanelSign, SignCategory
 from adc_bench.world.frame import Detections
 from adc_bench.world.robot import Motion
 from adc_bench.world.route import Way
+from adc_bench.world.sensors import CameraMount
 
 LOOK_FROM_M = 4.0  # before a leg's end: the order has been changed by then, and the sign can be read
 
@@ -35,6 +37,7 @@ class OrdersProgress:
     s_m: float = 0.0
     way: Way = "turn"
     parking: ParkingState | None = None
+    signs: SignsState = field(default_factory=SignsState)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,14 +62,34 @@ class OrdersPilot:
         return OrdersProgress()
 
     def looks(self, state: OrdersProgress) -> bool:
-        """Return whether the next picture of the panel matters."""
+        """Return whether the next picture by the panels' camera matters."""
+        return self._comes_to_panel(state) or (self._reads_signs and state.leg is not None)
+
+    def look(self, state: OrdersProgress, pose: Pose2, detections: Detections) -> OrdersProgress:
+        """Return the state after a picture by the panels' camera, taken at this pose."""
+        if self._comes_to_panel(state):
+            state = replace(state, orders=look(state.orders, detections))
+        if not self._reads_signs or state.leg is None:
+            return state
+        line, mount = state.leg.line, self._mount
+        return replace(state, signs=read_signs(state.signs, detections, mount, pose, line, state.s_m, SignParams()))
+
+    def report(self, state: OrdersProgress) -> SignCategory | None:
+        """Return the vertical sign that the last picture made sure of."""
+        return state.signs.report
+
+    def _comes_to_panel(self, state: OrdersProgress) -> bool:
         if state.orders.over:
             return False
         return state.leg is None or state.leg.line.length_m - state.s_m < LOOK_FROM_M
 
-    def look(self, state: OrdersProgress, detections: Detections) -> OrdersProgress:
-        """Return the state after a picture of the panel."""
-        return replace(state, orders=look(state.orders, detections))
+    @property
+    def _reads_signs(self) -> bool:
+        return "vertical_signs" in self.mission.elements
+
+    @cached_property
+    def _mount(self) -> CameraMount:
+        return next(mount for mount in self.mission.rig.cameras if mount.name == "panel")
 
     def see(self, state: OrdersProgress, pose: Pose2, scan: LaserScan) -> OrdersProgress:
         """Return the state after a scan; only parking needs one."""

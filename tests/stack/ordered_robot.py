@@ -52,7 +52,7 @@ def obey(suite: Suite, seed: int, *, read_from_m: float = 2.5, speed_mps: float 
     while not referee.end(watch):
         if len(rows) % PICTURE_STEPS == 0 and pilot.looks(state):
             sign = referee.panels(watch) if sees_panel(pose, read_from_m) else None
-            state = pilot.look(state, panel(sign))
+            state = pilot.look(state, pose, panel(sign))
         there, motion = when_acting(under_way, mission.robot, pose, PERIOD_S)
         state, command = pilot.steer(state, there, motion)
         under_way = send(under_way, mission.robot, command, PERIOD_S)

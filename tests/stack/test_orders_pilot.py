@@ -53,6 +53,13 @@ def test_without_an_order_it_waits_in_the_stop_zone() -> None:
     assert (run.commands[-100:] == 0).all()
 
 
+def test_it_parks_from_a_stand_when_it_is_told_to() -> None:
+    suite = load_suite("p1")
+    run = obey(suite, suite.seeds[0])
+    assert run.watch.parked_s is not None
+    assert run.watch.faults == ()
+
+
 def test_the_next_leg_begins_as_the_last_one_ends() -> None:
     stop_m = stop_before_m(COURSE.spec, RobotParams())
     for way in ("straight", "turn"):
