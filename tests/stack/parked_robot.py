@@ -1,12 +1,15 @@
 """A robot of the parking suites that parks by its true pose, or what a test makes of it, and what the referee saw."""
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import numpy as np
 from driven_robot import PERIOD_S, Told, truth
 
+from adc_bench.api import Mission
 from adc_bench.evaluate.course_progress import Moment
 from adc_bench.evaluate.log import Header, RunId
 from adc_bench.evaluate.referee import Referee
@@ -47,13 +50,18 @@ def suite_of(name: str, first_seed: int, count: int) -> Suite:
     return msgspec.structs.replace(suite, seeds=tuple(range(first_seed, first_seed + count)))
 
 
-def park(suite: Suite, seed: int, told: Told = truth) -> Parked:
+def parking_pilot(mission: Mission) -> ParkingPilot:
+    """Return the pilot of the mission's kind of parking."""
+    assert mission.parking
+    return ParkingPilot(mission=mission, kind=mission.parking)
+
+
+def park(suite: Suite, seed: int, told: Told = truth, make: Callable[[Mission], Any] = parking_pilot) -> Parked:
     """Park in a seed's arena, called to at once, and stand until the referee ends it."""
     scenario = scenario_for(suite, seed)
     mission = mission_for(suite, latency_s=0.0, options={})
-    assert mission.parking
     world = Simulation(scenario, mission.start_pose, PERIOD_S)
-    pilot = ParkingPilot(mission=mission, kind=mission.parking)
+    pilot = make(mission)
     referee = _referee(suite, seed)
     state, under_way, queue = pilot.start(), at_rest(PERIOD_S, 0.0), deque([(0.0, 0.0)])
     pose, rows, touched = world.state().pose_world_robot, [], []

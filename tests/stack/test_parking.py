@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 from driven_robot import Told, noisy, truth
+from panel_pictures import panel
 from parked_robot import COURSE, park, suite_of
 
 from adc_bench.api import LaserScan
@@ -15,6 +16,7 @@ from adc_bench.evaluate.standing import is_inside
 from adc_bench.evaluate.suite import load_suite, mission_for
 from adc_bench.geometry import Pose2
 from adc_bench.stack.manoeuvre import Straight, Turn
+from adc_bench.stack.orders_pilot import OrdersPilot, OrdersProgress
 from adc_bench.stack.parking import LOOK_S, ParkingPilot, along_lane, plan_parking
 from adc_bench.stack.parking_view import free_pose, places_of, points_met
 from adc_bench.world.drawing import box_floor
@@ -164,6 +166,21 @@ def test_parks_by_poses_with_noise_before_the_referee(name: str) -> None:
         parked = park(suite, seed, noisy(seed, 0.01, math.radians(0.5)))
         assert parked.is_clean, (parked.layout, parked.watch)
         assert parked.at_rest_s < 15.0
+
+
+class ShownPark(OrdersPilot):
+    """The reference's pilot of orders that has read the panel's P."""
+
+    def start(self) -> OrdersProgress:
+        """Return the state after two pictures of the P."""
+        pose, shown = self.mission.start_pose, panel("park")
+        return self.look(self.look(super().start(), pose, shown), pose, shown)
+
+
+def test_who_obeys_the_panels_parks_when_they_say_so() -> None:
+    suite = suite_of("b2", 880002, 1)
+    parked = park(suite, suite.seeds[0], make=lambda mission: ShownPark(mission=mission, speed_mps=2.2))
+    assert parked.layout.boxes and parked.is_clean
 
 
 def test_a_box_in_the_way_is_found_to_be_touched() -> None:
