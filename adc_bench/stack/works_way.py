@@ -1,0 +1,116 @@
+"""The way through road-works, from the cones that the laser has met.
+
+The corridor's middle is a smooth curve beside the lane: a Gaussian process of the offset m(s), zero in the mean, so
+that the way leaves the lane where the cones lead off it and comes back where they end. A cone of the outer row lies
+about half a corridor to the right of the middle, one of the inner row to the left; which row each cone
+belongs to is what the process finds most likely among all ways to tell them apart.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorksParams:
+    """The corridor as published (0.89 to 1.11 m between the rows), and how its middle may run.
+
+    The way keeps farther from the outer row's cones: the tape between them cuts the bend.
+    """
+
+    outer_m: float = 0.59
+    inner_m: float = 0.44
+    swing_m: float = 0.6  # standard deviation of the middle's offset
+    bend_m: float = 1.4  # over which it changes
+    noise_m: float = 0.06
+    outlier: float = 12.0  # what a cone must spoil to be left out
+    mouth_m: float = 0.75  # one cone at least stands nearer to the lane's middle
+    link_m: float = 2.0  # between neighbours of a row
+    cones_max: int = 10
+    slope_max: float = 1.0
+    rounds: int = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Corridor:
+    """The middle's offset as a process: stations (n,) of the cones, and their weights (n,)."""
+
+    s_m: Array
+    weights: Array
+    cost: float
+    params: WorksParams
+
+    def offsets(self, s_m: Array) -> Array:
+        """Return the middle's offset (k,) at arc lengths (k,), left positive."""
+        offset: Array = _kernel(s_m, self.s_m, self.params) @ self.weights
+        return offset
+
+    def slopes(self, s_m: Array) -> Array:
+        """Return how fast the offset changes, (k,), at arc lengths (k,)."""
+        apart = s_m[:, None] - self.s_m[None, :]
+        slope: Array = (-apart / self.params.bend_m**2 * _kernel(s_m, self.s_m, self.params)) @ self.weights
+        return slope
+
+
+def works_cones(s_m: Array, offset_m: Array, params: WorksParams) -> NDArray[np.intp]:
+    """Return which of the cones at (s, offset), each (n,), are the road-works', by arc length: those linked to one that
+    stands near the lane's middle.
+    """
+    found = np.abs(offset_m) < params.mouth_m
+    apart = np.hypot(s_m[:, None] - s_m[None, :], offset_m[:, None] - offset_m[None, :])
+    for _ in range(len(s_m)):
+        found = found | (apart[:, found] < params.link_m).any(axis=1)
+    order = np.argsort(s_m, kind="stable")
+    chosen: NDArray[np.intp] = order[found[order]][: params.cones_max]
+    return chosen
+
+
+def corridor(s_m: Array, offset_m: Array, curvature_pm: Array, params: WorksParams) -> Corridor | None:
+    """Return the corridor between cones at (s, offset) beside a lane of these curvatures, each (n,); None without any.
+
+    A cone that fits none of the rows is left out.
+    """
+    while len(s_m):
+        fit = _fit(s_m, offset_m, curvature_pm, params)
+        if len(s_m) < 4:
+            return fit
+        others = [np.delete(np.arange(len(s_m)), k) for k in range(len(s_m))]
+        costs = [_fit(s_m[o], offset_m[o], curvature_pm[o], params).cost for o in others]
+        best = int(np.argmin(costs))
+        if fit.cost - costs[best] < params.outlier:
+            return fit
+        s_m, offset_m, curvature_pm = s_m[others[best]], offset_m[others[best]], curvature_pm[others[best]]
+    return None
+
+
+def _fit(s_m: Array, offset_m: Array, curvature_pm: Array, params: WorksParams) -> Corridor:
+    """Return the likeliest corridor. Where the middle runs aslant, the rows are farther off along the normal."""
+    inverse = np.linalg.inv(_kernel(s_m, s_m, params) + params.noise_m**2 * np.eye(len(s_m)))
+    sides = _sides(len(s_m))
+    half_m = np.where(sides > 0, params.outer_m, params.inner_m)
+    steeper = np.ones_like(s_m)
+    for _ in range(params.rounds):
+        middles = offset_m + sides * half_m * steeper
+        costs = np.einsum("ki,ij,kj->k", middles, inverse, middles)
+        best = int(np.argmin(costs))
+        found = Corridor(s_m=s_m, weights=inverse @ middles[best], cost=float(costs[best]), params=params)
+        slope = np.minimum(np.abs(found.slopes(s_m)) / (1 - curvature_pm * offset_m), params.slope_max)
+        steeper = np.asarray(np.hypot(1.0, slope), dtype=np.float64)
+    return found
+
+
+@lru_cache(maxsize=16)
+def _sides(count: int) -> Array:
+    """Return every way to tell the rows apart, (2^n, n): 1 for a cone of the outer row, -1 for one of the inner."""
+    bits = (np.arange(2**count)[:, None] >> np.arange(count)[None, :]) & 1
+    return np.asarray(2 * bits - 1, dtype=np.float64)
+
+
+def _kernel(a_m: Array, b_m: Array, params: WorksParams) -> Array:
+    apart = (a_m[:, None] - b_m[None, :]) / params.bend_m
+    kernel: Array = params.swing_m**2 * np.exp(-0.5 * apart**2)
+    return kernel
