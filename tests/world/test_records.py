@@ -56,4 +56,4 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(InputError) as caught:
         find_record("d9", "splits/suites")
     assert caught.value.where == "suite 'd9'"
-    assert caught.value.wanted.startswith("one of ") and "d1, dev" in caught.value.wanted
+    assert caught.value.wanted.startswith("one of ") and "d1, d2, d3" in caught.value.wanted
