@@ -15,11 +15,13 @@ from matplotlib.path import Path
 from adc_bench.detector.decode import DecodeConfig
 from adc_bench.detector.evaluation.figures import COLOURS, INKS, Draw, draw_approach, png
 from adc_bench.geometry import Pose2
+from adc_bench.reproduce.avoidance import Avoidance
 from adc_bench.reproduce.filters import LOOP_CENTRES, Estimate, Seen
 from adc_bench.reproduce.laps import COURSE, Lap
 from adc_bench.reproduce.results import Results, lap_name
 from adc_bench.reproduce.settings import Controller
 from adc_bench.reproduce.tables import CONTROLLERS, THESIS_BAND_M, points
+from adc_bench.world.drawing import box_floor
 
 LAP_FIGURES: dict[tuple[Controller, float], str] = {
     ("pid", 0.5): "7-15",
@@ -28,6 +30,7 @@ LAP_FIGURES: dict[tuple[Controller, float], str] = {
     ("pid", 2.0): "7-18",
     ("linearisation", 1.0): "7-19",
 }
+AVOIDANCE_FIGURES = ("7-20", "7-21", "7-22")
 S_ROAD_CENTRES = ((COURSE.spec.s_road_centre_x_m, 0.0), (-COURSE.spec.s_road_centre_x_m, 0.0))  # seen, never simulated
 INNOVATION_MOST_CM = 30.0
 
@@ -74,7 +77,15 @@ def drawings(results: Results) -> dict[str, Drawn]:
             title="7.14 The EKF's error, with its 2 sigma", draw=lambda figure: _errors(figure, both, bands=True)
         ),
     }
-    return figures | dict(_lap_figure(each, results) for each in results.settings.laps if each in LAP_FIGURES)
+    laps = dict(_lap_figure(each, results) for each in results.settings.laps if each in LAP_FIGURES)
+    runs = zip(AVOIDANCE_FIGURES, results.avoidances, strict=False)
+    return figures | laps | dict(_avoidance_figure(number, run) for number, run in runs)
+
+
+def _avoidance_figure(number: str, run: Avoidance) -> tuple[str, Drawn]:
+    count = len(run.boxes)
+    title = f"{number.replace('-', '.')} Going round {'a box' if count == 1 else f'{count} boxes'}"
+    return f"{number}-boxes-{count}", Drawn(title=title, draw=lambda figure: _boxes(figure, run))
 
 
 def _lap_figure(which: tuple[Controller, float], results: Results) -> tuple[str, Drawn]:
@@ -87,7 +98,7 @@ def _lap_figure(which: tuple[Controller, float], results: Results) -> tuple[str,
 
 def _approach(figure: Figure, results: Results) -> None:
     approach = results.approach
-    scores = {level: np.array(found) for level, found in approach.scores.items()}
+    scores: dict[str, Any] = {level: np.array(approach.scores[level]) for level in results.settings.approach_lights}
     draw_approach(figure, np.array(approach.places_m), {approach.camera: scores}, DecodeConfig().score_min)
 
 
@@ -159,6 +170,18 @@ def _lap(figure: Figure, lap: Lap) -> None:
     above.plot(lap.x_m, lap.y_m, color=COLOURS[0], linewidth=0.9, label="driven")
     beside.plot(lap.s_m, 100 * np.array(lap.offset_m), color=COLOURS[0], linewidth=0.9)
     beside.set(xlabel="arc length from the crosswalk, m", ylabel="deviation, cm")
+
+
+def _boxes(figure: Figure, run: Avoidance) -> None:
+    axes = figure.subplots()
+    _course(axes)
+    for box in run.boxes:
+        axes.fill(*np.asarray(box_floor(box).exterior.coords).T, color=COLOURS[2])
+    places, steers = _places(run.truth), np.array(run.avoiding)
+    axes.plot(*places.T, color=COLOURS[0], linewidth=1.2, label="driven")
+    axes.plot(*places[steers].T, ".", color=COLOURS[1], markersize=2, label="going round")
+    (low_x, low_y), (high_x, high_y) = places.min(axis=0) - 1.0, places.max(axis=0) + 1.0
+    axes.set(xlim=(low_x, high_x), ylim=(low_y, high_y))
 
 
 def _course(axes: Axes) -> None:

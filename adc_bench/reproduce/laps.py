@@ -17,6 +17,7 @@ from adc_bench.stack.path_following import progress
 from adc_bench.stack.pilots import HeadingPilot, Pilot, TrajectoryPilot, start_s
 from adc_bench.stack.prediction import at_rest, send, when_acting
 from adc_bench.world.course import Course
+from adc_bench.world.layout import Layout
 from adc_bench.world.look import LookFamily, draw_look
 from adc_bench.world.robot import draw_robot_truth
 from adc_bench.world.scenario import Scenario
@@ -80,7 +81,7 @@ def drive_lap(controller: Controller, speed_mps: float, seed: int) -> Lap:
     """Return a lap by the seed's robot; it is given up after one and a half times the time that it should take."""
     task, length_m = mission(), COURSE.lap.length_m
     pilot: Pilot[Any] = PILOTS[controller](mission=task, speed_mps=speed_mps)
-    simulation, period_s = _simulation(seed), task.control_period_s
+    simulation, period_s = simulation_of(seed, Layout()), task.control_period_s
     state, under_way, coming = pilot.start(), at_rest(period_s, task.latency_s), deque([(0.0, 0.0)])
     rows: list[tuple[float, ...]] = []
     samples: list[tuple[float, int, int]] = []
@@ -99,15 +100,17 @@ def drive_lap(controller: Controller, speed_mps: float, seed: int) -> Lap:
     return _lap(np.array(rows), samples)
 
 
-def _simulation(seed: int) -> Simulation:
+def simulation_of(seed: int, layout: Layout) -> Simulation:
+    """Return the seed's robot at the start of a course with this layout; with a laser if there is a box to meet."""
     scenario = Scenario(
         name="lap",
         seed=seed,
         look=draw_look(FAMILY, stream(seed, "look")),
         robot_truth=draw_robot_truth(RULES.robot, stream(seed, "robot")),
         panel_sign="up",
+        layout=layout,
         robot=RULES.robot,
-        rig=msgspec.structs.replace(RULES.rig, laser=None),
+        rig=msgspec.structs.replace(RULES.rig, laser=RULES.rig.laser if layout.boxes else None),
     )
     return Simulation(scenario, START, RULES.control_period_s)
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from adc_bench.reproduce.approach import Approach
+from adc_bench.reproduce.avoidance import Avoidance
 from adc_bench.reproduce.filters import Estimate
 from adc_bench.reproduce.laps import Lap
 from adc_bench.reproduce.settings import Controller, Settings
@@ -25,6 +26,7 @@ class Results:
     filtered: Estimate
     pixels: Estimate
     approach: Approach
+    avoidances: tuple[Avoidance, ...]
 
 
 def lap_name(controller: Controller, speed_mps: float) -> str:

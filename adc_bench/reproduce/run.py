@@ -17,6 +17,7 @@ from adc_bench.evaluate.driving import PACKAGES, process_renderer
 from adc_bench.evaluate.results import to_json
 from adc_bench.evaluate.rules import RULES
 from adc_bench.reproduce.approach import LEAST_SCORE, Approach, approach_arena, approach_places_m, best_scores
+from adc_bench.reproduce.avoidance import Avoidance, go_round
 from adc_bench.reproduce.figures import drawings, png_on_white
 from adc_bench.reproduce.filters import Estimate, dead_reckoned, filtered
 from adc_bench.reproduce.laps import Lap, drive_lap
@@ -96,7 +97,7 @@ class _Folder:
 
 def _results(root: Path, settings: Settings, tell: Tell) -> Results:
     """Return all experiments' results, from their files or driven now."""
-    folder = _Folder(root, len(settings.laps) + settings.robots + 3, tell)
+    folder = _Folder(root, len(settings.laps) + len(settings.boxes_s_m) + settings.robots + 3, tell)
     laps = {
         lap_name(*each): folder.kept(f"lap-{lap_name(*each)}", Lap, partial(drive_lap, *each, settings.seed))
         for each in settings.laps
@@ -112,6 +113,10 @@ def _results(root: Path, settings: Settings, tell: Tell) -> Results:
         filtered=folder.kept("filter", Estimate, lambda: filtered(first, settings.seed, settings.landmarks)),
         pixels=folder.kept("pixels", Estimate, lambda: drive_from_pixels(settings)),
         approach=folder.kept("approach", Approach, lambda: _approach(settings)),
+        avoidances=tuple(
+            folder.kept(f"boxes-{k}", Avoidance, partial(go_round, each, settings.boxes_speed_mps, settings.seed))
+            for k, each in enumerate(settings.boxes_s_m)
+        ),
     )
     tell(folder.total, folder.total, "tables and figures")
     return results

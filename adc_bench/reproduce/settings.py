@@ -33,6 +33,8 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         pixels_limit_s: how long the lap from pixels may take, from the green arrow on.
         approach_step_m: between two places of the approach to the crosswalk.
         approach_lights: one approach in each.
+        boxes_s_m: for each drive past boxes, at which arc lengths of the lap one stands in the lane.
+        boxes_speed_mps: of the PID between them.
     """
 
     laps: tuple[tuple[Controller, float], ...] = (
@@ -48,3 +50,5 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     pixels_limit_s: float = 90.0
     approach_step_m: float = 0.1
     approach_lights: tuple[LightLevel, ...] = ("dark", "normal", "bright")
+    boxes_s_m: tuple[tuple[float, ...], ...] = ((3.0,), (2.2, 5.2), (2.0, 5.0, 9.0))
+    boxes_speed_mps: float = 0.5

@@ -54,6 +54,7 @@ def tables_of(results: Results) -> Tables:
         _innovations("EKF from pixels", results.pixels, PIXELS_NOTE, None),
         _gaps(results),
         _crosswalk(results),
+        _avoidance(results),
     )
     return Tables(settings=results.settings, tables=tables)
 
@@ -90,6 +91,10 @@ GAPS_NOTE = (
 CROSSWALK_NOTE = (
     "Pictures of the road camera along the starting lane, in arenas that the detector was not trained on. Behind "
     "the crosswalk there is nothing to be found."
+)
+AVOIDANCE_NOTE = (
+    "True pose and laser. The rule of the thesis, its distance counted from 35 cm off so that the robot's body has "
+    "room; the PID at its own speed between the boxes. Least distance of the robot's outline to a box."
 )
 
 
@@ -197,8 +202,8 @@ def _told(stretches: Iterator[tuple[float, float]]) -> str:
 def _crosswalk(results: Results) -> Table:
     approach, threshold = results.approach, DecodeConfig().score_min
     places_m, rows = np.array(approach.places_m), []
-    for level, found in approach.scores.items():
-        scores = np.array(found)
+    for level in results.settings.approach_lights:
+        scores = np.array(approach.scores[level])
         hits_m = places_m[(scores >= threshold) & (places_m < 0)]
         rows += [
             _row(f"{level}: found from x =", "m", None, float(hits_m[0]) if len(hits_m) else None),
@@ -208,6 +213,21 @@ def _crosswalk(results: Results) -> Table:
             ),
         ]
     return Table(title="The crosswalk's detection", rows=tuple(rows), note=CROSSWALK_NOTE)
+
+
+def _avoidance(results: Results) -> Table:
+    rows: list[Row] = []
+    for run in results.avoidances:
+        count = len(run.boxes)
+        told = "one box" if count == 1 else f"{count} boxes"
+        begun = sum(now and not before for before, now in zip(run.avoiding, run.avoiding[1:], strict=False))
+        rows += [
+            _row(f"{told}: passed", "", "yes", "yes" if run.passed else "no"),
+            _row(f"{told}: contacts", "", 0.0, float(run.contacts)),
+            _row(f"{told}: least distance", "cm", None, 100 * min(run.clearance_m)),
+            _row(f"{told}: begins of the behaviour", "", None, float(begun)),
+        ]
+    return Table(title="Going round boxes", rows=tuple(rows), note=AVOIDANCE_NOTE)
 
 
 def _correlation(values: NDArray[np.float64]) -> float | None:

@@ -18,8 +18,9 @@ SETTINGS = Settings(
     laps=(("pid", 2.0), ("linearisation", 2.0)),
     robots=2,
     pixels_limit_s=1.5,
-    approach_step_m=2.5,
-    approach_lights=("normal",),
+    approach_step_m=5.0,
+    approach_lights=("normal", "bright"),
+    boxes_s_m=((2.5,),),
 )
 
 
@@ -91,6 +92,15 @@ def test_landmarks_seen_lie_round_those_of_the_map(folder: Path) -> None:
     assert np.hypot(*(corners[:, None] - known).T).min(axis=0).max() < 0.4
 
 
+def test_a_box_is_gone_round_without_touching_it(folder: Path) -> None:
+    run, told = experiment(folder, "boxes-0"), ours(folder, "Going round boxes")
+    assert told["one box: passed"] == "yes" and told["one box: contacts"] == 0
+    assert told["one box: least distance"] == pytest.approx(100 * min(run["clearance_m"]), abs=1e-5)
+    beside = min(run["truth"], key=lambda pose: abs(pose["x_m"] - 2.5))
+    assert beside["y_m"] > -2.6125 + 0.4
+    assert any(run["avoiding"]) and not run["avoiding"][-1]
+
+
 def test_a_robot_that_waits_for_the_arrow_believes_its_start(folder: Path) -> None:
     away_cm = np.hypot(*errors_cm(experiment(folder, "pixels")).T)
     assert len(away_cm) > 40 and away_cm.max() < 5
@@ -98,7 +108,7 @@ def test_a_robot_that_waits_for_the_arrow_believes_its_start(folder: Path) -> No
 
 def test_figures_stand_beside_the_page_and_in_it(folder: Path) -> None:
     files = sorted((folder / "figures").glob("*.png"))
-    assert len(files) == 10
+    assert len(files) == 11
     page = (folder / "index.html").read_text()
     held = re.findall(r'src(?:set)?="data:image/png;base64,([^"]+)"', page)
     assert len(held) == 2 * len(files)
