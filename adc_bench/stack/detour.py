@@ -58,7 +58,9 @@ def way_ahead(mission: Mission, route: Path, known: ObstacleMap, s_m: float, end
     course = mission.course
     pitch_m = course.radius_outer_m - course.radius_centre_m
     own, other = (taken(*boxes, lane_m, params.changes) for lane_m in (0.0, pitch_m))
-    aside = offsets(line.path_s_m, own, pitch_m, params.changes)
+    stop = stop_m(own, other, params.changes)
+    passed = tuple(box for box in own if stop is None or box.from_m < stop)
+    aside = offsets(line.path_s_m, passed, pitch_m, params.changes)
     chosen = works_cones(*cones, params.works)
     works = None
     if len(chosen):
@@ -69,7 +71,7 @@ def way_ahead(mission: Mission, route: Path, known: ObstacleMap, s_m: float, end
         works = (float(cone_s[0]), float(cone_s[-1]))
     normals = np.column_stack([-np.sin(line.yaw_rad), np.cos(line.yaw_rad)])
     points = np.column_stack([line.x_m, line.y_m]) + aside[:, None] * normals
-    return Way(line=line_through(points, line.path_s_m), stop_m=stop_m(own, other, params.changes), works=works)
+    return Way(line=line_through(points, line.path_s_m), stop_m=stop, works=works)
 
 
 def _beside(
@@ -140,7 +142,7 @@ class DetourPilot:
         limits = SpeedLimits.of(self.mission.robot, speed_mps=self._speed_mps(way, s_m))
         line = way.line
         if way.stop_m is not None:
-            line = _until(line, max(way.stop_m, s_m + speed_mps**2 / (2 * limits.acceleration_mps2) + 0.05))
+            line = _until(line, max(way.stop_m, s_m + speed_mps**2 / (2 * limits.acceleration_mps2)))
         return fastest(line, limits, start_mps=speed_mps)
 
     def _speed_mps(self, way: Way, s_m: float) -> float:

@@ -5,6 +5,7 @@ from collections import deque
 import msgspec
 import numpy as np
 import pytest
+from laser_hall import LASER, Hall, moved, thing
 
 from adc_bench.evaluate.course_progress import Moment
 from adc_bench.evaluate.ending import Reason
@@ -20,6 +21,7 @@ from adc_bench.stack.detour import DetourParams, DetourPilot, way_ahead
 from adc_bench.stack.obstacle_map import ObstacleMap, see
 from adc_bench.stack.prediction import at_rest, send, when_acting
 from adc_bench.world.course import Course
+from adc_bench.world.robot import Motion
 from adc_bench.world.route import half_lap
 
 COURSE = Course(spec=RULES.course)
@@ -130,3 +132,17 @@ def test_the_way_stops_where_both_lanes_are_taken() -> None:
 def test_a_box_in_the_other_lane_is_in_no_one_s_way() -> None:
     points, stop = way_past((3.0, -1.8375))
     assert stop is None and np.abs(points[:, 1] + 2.6125).max() < 0.02
+
+
+def test_before_a_closed_road_the_pilot_comes_to_rest_and_stays() -> None:
+    task = mission_for(load_suite("d3"), latency_s=0.0, options={})
+    hall = Hall([thing(5.0, -2.6125, 0.6, 0.6), thing(5.1, -1.8375, 0.6, 0.6)])
+    pilot = DetourPilot(mission=task, laser=LASER, route=COURSE.lap, end_m=40.0)
+    state, pose, motion = pilot.start(1.0), COURSE.lap.pose(1.0), Motion()
+    for step in range(160):
+        if step % 2 == 0:
+            state = pilot.look(state, hall.scan(pose, PERIOD_S * step), pose, motion)
+        state, motion = pilot.steer(state, pose, motion)
+        pose = moved(pose, motion, PERIOD_S)
+        assert hall.clearance_m(pose) > 0.05
+    assert motion.v_mps < 0.01 and 3.0 < pose.x_m < 4.47
