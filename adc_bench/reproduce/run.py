@@ -16,6 +16,7 @@ from adc_bench.errors import InputError
 from adc_bench.evaluate.driving import PACKAGES, process_renderer
 from adc_bench.evaluate.results import to_json
 from adc_bench.evaluate.rules import RULES
+from adc_bench.evaluate.submission import load_submission
 from adc_bench.reproduce.approach import LEAST_SCORE, Approach, approach_arena, approach_places_m, best_scores
 from adc_bench.reproduce.avoidance import Avoidance, go_round
 from adc_bench.reproduce.figures import drawings, png_on_white
@@ -33,11 +34,12 @@ ROAD = "road"
 
 
 class Made(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a folder's experiments were driven with; `run.json`."""
+    """What a folder's experiments were driven with; `run.json`. `sha256` covers this package and its weights."""
 
     schema: str = "adc-bench-thesis-1"
     settings: Settings
     software: dict[str, str]
+    sha256: str
 
 
 def reproduce(out: Path, settings: Settings | None = None, tell: Tell = lambda done, total, what: None) -> Tables:
@@ -50,7 +52,7 @@ def reproduce(out: Path, settings: Settings | None = None, tell: Tell = lambda d
         MachineError: this machine cannot render.
     """
     settings = settings or Settings()
-    _claim(out, Made(settings=settings, software=_software()))
+    _claim(out, Made(settings=settings, software=_software(), sha256=load_submission("thesis", {}).id.sha256))
     results = _results(out / "experiments", settings, tell)
     tables = tables_of(results)
     write_file(out / "tables.json", to_json(tables))
