@@ -59,7 +59,7 @@ train_folder, val_folder, out = sys.argv[1:]
 validation = Some(FrameDataset(val_folder), range(8))
 with take_place("cpu") as place:
     report = train(UNCLIPPED, FrameDataset(train_folder), validation, Path(out), place=place)
-print(report.overall.pictures)
+assert report.overall.pictures == 8
 """
 
 
@@ -94,7 +94,6 @@ def shared(train_folder: Path, val_folder: Path, tmp_path_factory: pytest.TempPa
     words = ("-m", "torch.distributed.run", "--standalone", "--nproc-per-node", "2", folder / "run.py")
     done = _run(*words, train_folder, val_folder, folder / "out")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["8", "8"]
     return folder / "out"
 
 
