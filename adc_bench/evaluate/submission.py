@@ -18,6 +18,9 @@ Entry = Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")]
 Latency = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 Kind = Literal["driver", "localizer", "detector"]
 PACKAGE = Path(__file__).parents[1]
+# What a built-in driver's digest leaves out: the rooms above this one, which no drive can reach (a contract of the
+# imports), and the suites' files, which lie in the package only where it is installed and have a digest of their own.
+NOT_DRIVING = ("cli", "leaderboard", "reproduce", "splits")
 
 
 class SubmissionFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -110,7 +113,7 @@ def _built_in(name: str, options: dict[str, str], privileged: Privilege | None) 
 
 
 def _submission(file: SubmissionFile, folder: Path, options: dict[str, str], *, is_built_in: bool) -> Submission:
-    sha256 = digest(folder, options)
+    sha256 = digest(folder, options, NOT_DRIVING if is_built_in else ())
     return Submission(
         id=SubmissionId(
             name=file.name,

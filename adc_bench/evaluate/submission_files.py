@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from adc_bench.errors import InputError
@@ -10,14 +10,15 @@ from adc_bench.errors import InputError
 EXECUTABLE = 0o111
 
 
-def digest(folder: Path, options: Mapping[str, str]) -> str:
-    """Return the sha256 over the folder's files and the options' files.
+def digest(folder: Path, options: Mapping[str, str], without: Collection[str] = ()) -> str:
+    """Return the sha256 over the folder's files and the options' files, `without` some folders in it.
 
     Raises:
         InputError: there is a symbolic link among the folder's files.
     """
     whole = hashlib.sha256()
-    for name, path in (*files_of(folder), *((key, Path(v)) for key, v in sorted(options.items()) if Path(v).is_file())):
+    named = ((key, Path(value)) for key, value in sorted(options.items()) if Path(value).is_file())
+    for name, path in (*files_of(folder, without), *named):
         content = path.read_bytes()
         whole.update(f"{name}\n{len(content)}\n".encode() + content)
     return whole.hexdigest()
@@ -43,15 +44,16 @@ def stage(folder: Path, into: Path, options: Mapping[str, str], sha256: str) -> 
         )
 
 
-def files_of(folder: Path) -> Iterator[tuple[str, Path]]:
-    """Yield name and path of each file, in order of name; hidden ones and compiled Python are left out.
+def files_of(folder: Path, without: Collection[str] = ()) -> Iterator[tuple[str, Path]]:
+    """Yield name and path of each file, in order of name; hidden ones, compiled Python and the folders `without` are
+    left out.
 
     Raises:
         InputError: a symbolic link is among them: it could name any file of this machine.
     """
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder)
-        if any(part.startswith(".") or part == "__pycache__" for part in name.parts):
+        if name.parts[0] in without or any(part.startswith(".") or part == "__pycache__" for part in name.parts):
             continue
         if path.is_symlink():
             raise InputError(

@@ -15,7 +15,7 @@ COLUMNS = (
     ("driving score", "driving_score", 1),
     ("completion", "completion", 3),
     ("lap time [s]", "lap_time_s", 2),
-    ("position RMSE [m]", "position_rmse_m", 3),
+    ("position RMSE [m]", "position_rmse_m", 4),
     ("line touches", "line_touches", 1),
     ("collisions", "collisions", 1),
 )

@@ -1,9 +1,11 @@
+import shutil
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from adc_bench.errors import InputError
-from adc_bench.evaluate.submission import load_submission, require_driver
+from adc_bench.evaluate.submission import NOT_DRIVING, PACKAGE, load_submission, require_driver
 from adc_bench.evaluate.submission_files import digest, stage
 
 TOML = 'name = "mine"\nauthors = ["me"]\nkind = "driver"\nentry = "agent:make"\n'
@@ -115,3 +117,22 @@ def test_a_run_gets_the_files_of_the_digest_and_no_others(tmp_path: Path) -> Non
     (folder / "agent.py").write_text("changed = 1")
     with pytest.raises(InputError, match="other files than when the run began"):
         stage(folder, copy, {}, sha256)
+
+
+def test_a_built_in_drivers_digest_is_of_what_can_drive(tmp_path: Path) -> None:
+    """The page of a site changes nothing of a drive; a line of the driver may change everything."""
+    copy = tmp_path / "adc_bench"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "splits").mkdir(exist_ok=True)
+    for name in ("cli/main.py", "leaderboard/site/style.css", "reproduce/page.html", "splits/d1.toml"):
+        (copy / name).write_text("changed")
+    assert digest(copy, {}, NOT_DRIVING) == load_submission("stand-still", {}).id.sha256
+    (copy / "stack" / "stand_still.py").write_text("changed")
+    assert digest(copy, {}, NOT_DRIVING) != load_submission("stand-still", {}).id.sha256
+
+
+def test_what_a_digest_leaves_out_no_drive_can_reach() -> None:
+    contracts = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    above = " | ".join(layers[: layers.index("adc_bench.evaluate")]).split(" | ")
+    assert {f"adc_bench.{room}" for room in NOT_DRIVING} == {*above, "adc_bench.splits"}

@@ -83,7 +83,7 @@ def _episode(episode: Episode) -> str:
         f"{episode.driving_score:.1f}",
         f"{100 * episode.completion:.1f} %",
         DASH if episode.run_time_s is None else f"{episode.run_time_s:.2f} s",
-        DASH if errors is None else f"{errors.position_rmse_m:.3f} m",
+        DASH if errors is None else f"{errors.position_rmse_m:.4f} m",
         _faults(episode),
     )
     light, *figures = (f"<td>{escape(cell)}</td>" for cell in cells)

@@ -10,7 +10,7 @@ from adc_bench.evaluate.statistics import Statistic
 
 WORDS = {"rmse": "RMSE", "ate": "ATE", "rpe": "RPE", "nees": "NEES"}
 UNITS = ("_mps", "_radps", "_rad", "_m", "_s")
-DECIMALS = {"m": 3, "rad": 2, "s": 2, "%": 1}
+DECIMALS = {"m": 4, "rad": 2, "s": 2, "%": 1}
 DASH = "–"
 
 
