@@ -1,4 +1,4 @@
-"""The map behind the lane's lines: which straight or curve of the lap a line's points lie on, and its landmark."""
+"""The map behind the lane's lines: which straight or curve of a circuit a line's points lie on, and its landmark."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -42,15 +42,11 @@ class Stretch:
 
 @dataclass(frozen=True, kw_only=True)
 class LaneMap:
-    """The landmarks of the right lane: a centre for every curve, a line for every straight."""
+    """The landmarks of a closed lane whose middle is `lap`: a centre for every curve, a line for every straight."""
 
     course: Course
+    lap: Path
     params: MapParams = MapParams()
-
-    @property
-    def lap(self) -> Path:
-        """The middle of the driven lane."""
-        return self.course.lap
 
     @cached_property
     def half_lane_m(self) -> float:

@@ -1,7 +1,7 @@
 """Where the robot is: encoders predict, what the road camera sees corrects."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -13,6 +13,7 @@ from adc_bench.api import EncoderSamples, Mission, Observation
 from adc_bench.geometry import wrap_rad
 from adc_bench.stack.birds_eye import BirdsEye
 from adc_bench.stack.circle import see_circle
+from adc_bench.stack.circuits import Circuits, Place, Ways
 from adc_bench.stack.crosswalk import CrosswalkFinder
 from adc_bench.stack.ekf import (
     Belief,
@@ -29,7 +30,7 @@ from adc_bench.stack.lane_lines import LaneLines, find_lane_lines
 from adc_bench.stack.lane_map import LaneMap, Stretch
 from adc_bench.stack.odometry import WheelTrack, advance
 from adc_bench.stack.paint import Paint, find_paint
-from adc_bench.stack.path_following import progress, wrap_to
+from adc_bench.stack.path_following import wrap_to
 from adc_bench.stack.straight import see_straight
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.course import Course
@@ -64,13 +65,10 @@ class Sighting:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LocalizerState:
-    """The belief with all that carries it from picture to picture; `s_m` grows along the lap and beyond it.
-
-    `sightings` are those of the last observation.
-    """
+    """The belief with all that carries it from picture to picture; `sightings` are those of the last observation."""
 
     belief: Belief
-    s_m: float
+    place: Place
     track: WheelTrack | None = None
     lines: LaneLines = field(default_factory=LaneLines)
     sightings: tuple[Sighting, ...] = ()
@@ -85,9 +83,13 @@ class Localizer:
     params: LocalizerParams = field(default_factory=LocalizerParams)
 
     @cached_property
-    def lane_map(self) -> LaneMap:
-        """The map of the mission's course."""
-        return LaneMap(course=Course(spec=self.mission.course))
+    def _circuits(self) -> Circuits:
+        return Circuits(course=Course(spec=self.mission.course))
+
+    @cached_property
+    def _lane_maps(self) -> Mapping[Ways, LaneMap]:
+        course = self._circuits.course
+        return {ways: LaneMap(course=course, lap=each.path) for ways, each in self._circuits.by_ways.items()}
 
     @cached_property
     def birds_eye(self) -> BirdsEye:
@@ -105,9 +107,8 @@ class Localizer:
 
     def start(self) -> LocalizerState:
         """Return the state at the mission's start pose."""
-        pose, lap = self.mission.start_pose, self.lane_map.lap
-        s_m, _ = lap.project([(pose.x_m, pose.y_m)])
-        return LocalizerState(belief=start_belief(pose), s_m=wrap_to(float(s_m[0]), lap.length_m))
+        pose = self.mission.start_pose
+        return LocalizerState(belief=start_belief(pose), place=self._circuits.start(pose))
 
     def step(self, state: LocalizerState, observation: Observation) -> LocalizerState:
         """Return the state at the observation's time; until the robot moves, the start pose stands."""
@@ -124,16 +125,15 @@ class Localizer:
         """Return the state at `until_s` by the encoders."""
         ticks = self.mission.robot.encoder_ticks_per_turn
         belief, track = advance(state.belief, state.track, encoders, until_s, self._wheels, ticks)
-        s_m = progress(state.s_m, belief.pose, self.lane_map.lap)
-        return replace(state, belief=belief, track=track, s_m=s_m)
+        return replace(state, belief=belief, track=track, place=self._circuits.follow(state.place, belief.pose))
 
     def look(self, state: LocalizerState, rgb: NDArray[np.uint8]) -> LocalizerState:
         """Return the state corrected by a road picture (height, width, 3) taken where the state is."""
-        paint = find_paint(self.birds_eye, rgb)
-        lines = find_lane_lines(state.lines, paint, self.lane_map.half_lane_m)
+        paint, lane_map = find_paint(self.birds_eye, rgb), self._lane_maps[state.place.ways]
+        lines = find_lane_lines(state.lines, paint, lane_map.half_lane_m)
         belief, seen = state.belief, []
-        for stretch in self.lane_map.stretches(lines, belief, state.s_m):
-            sighting = self._compare_stretch(belief, stretch)
+        for stretch in lane_map.stretches(lines, belief, state.place.s_m):
+            sighting = self._compare_stretch(lane_map, belief, stretch)
             if sighting is not None:
                 seen.append(sighting)
                 belief = self._believe(belief, sighting)
@@ -147,19 +147,19 @@ class Localizer:
         innovation = sighting.innovation
         return correct(belief, innovation, self.params.repeats) if innovation.inside_gate else belief
 
-    def _compare_stretch(self, belief: Belief, stretch: Stretch) -> Sighting | None:
+    def _compare_stretch(self, lane_map: LaneMap, belief: Belief, stretch: Stretch) -> Sighting | None:
         """Return what a stretch of lane says, against the nearest landmark of its kind; None where it says nothing."""
         if stretch.curvature_pm == 0:
             seen_line = see_straight(stretch.points_robot, self.birds_eye)
             if seen_line is None:
                 return None
             line = SeenLine(normal_rad=float(seen_line.parameters[0]), distance_m=float(seen_line.parameters[1]))
-            straights = self.lane_map.straights()
-            return _sighting("line", (compare_line(belief, line, seen_line.covariance, known) for known in straights))
+            known = lane_map.straights()
+            return _sighting("line", (compare_line(belief, line, seen_line.covariance, each) for each in known))
         circle = see_circle(stretch.by_radius(), stretch.curvature_pm, self.birds_eye)
         if circle is None:
             return None
-        centres = self.lane_map.centres(stretch.curvature_pm)
+        centres = lane_map.centres(stretch.curvature_pm)
         seen, noise = circle.parameters, circle.covariance
         return _sighting("circle", (compare_point(belief, seen, noise, centre) for centre in centres))
 
@@ -174,7 +174,7 @@ class Localizer:
             return []
         belief, found = state.belief, []
         for corner, covariance in zip(seen.corners_robot, seen.covariances, strict=True):
-            candidates = self.lane_map.course.crosswalk_corners
+            candidates = self._circuits.course.crosswalk_corners
             sighting = _sighting("corner", (compare_point(belief, corner, covariance, each) for each in candidates))
             if sighting is not None:
                 found.append(sighting)
@@ -182,11 +182,10 @@ class Localizer:
 
     def _crosswalk_ahead(self, state: LocalizerState) -> float | None:
         """Return the road's direction at the next crosswalk passage, or None while that is far: no need to look."""
-        lap, spec = self.lane_map.lap, self.mission.course
-        low, high = self.params.crosswalk_ahead_m
-        for s_m in (0.0, float(lap.knots_m[3]) + spec.s_road_centre_x_m):
-            if low < wrap_to(s_m - state.s_m, lap.length_m) < high:
-                return lap.pose(s_m).yaw_rad
+        circuit, (low, high) = self._circuits.by_ways[state.place.ways], self.params.crosswalk_ahead_m
+        for s_m in (0.0, circuit.crosswalk_back_m):
+            if low < wrap_to(s_m - state.place.s_m, circuit.path.length_m) < high:
+                return circuit.path.pose(s_m).yaw_rad
         return None
 
     def _best_crosswalk(self, detections: Detections) -> tuple[float, float, float, float] | None:

@@ -58,7 +58,7 @@ def test_a_centre_on_the_other_side_or_another_radius_is_refused() -> None:
 
 def circle_at(birds_eye: BirdsEye, s_m: float, pose: Pose2, tilt: tuple[float, float], seed: int) -> Fit | None:
     picture = look(pose, mount=birds_eye.mount, pitch_error_rad=tilt[0], roll_error_rad=tilt[1], seed=seed)
-    lane_map = LaneMap(course=COURSE)
+    lane_map = LaneMap(course=COURSE, lap=COURSE.lap)
     lines = find_lane_lines(LaneLines(), find_paint(birds_eye, picture), lane_map.half_lane_m)
     belief = Belief(mean=np.array([pose.x_m, pose.y_m, pose.yaw_rad]), covariance=np.zeros((3, 3)))
     curves = [stretch for stretch in lane_map.stretches(lines, belief, s_m) if stretch.curvature_pm != 0]

@@ -9,7 +9,7 @@ from adc_bench.stack.lane_lines import LaneLine, LaneLines
 from adc_bench.stack.lane_map import LaneMap
 from adc_bench.world.course import Course
 
-MAP = LaneMap(course=Course())
+MAP = LaneMap(course=Course(), lap=Course().lap)
 HALF_M = MAP.half_lane_m
 
 

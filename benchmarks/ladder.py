@@ -1,0 +1,99 @@
+"""What each layer of the built-in drivers costs: whole drives from pixels, with true detections, with the true pose.
+
+Usage: python benchmarks/ladder.py --out DIR [--suite d1] [--runs 4] [--first-seed 601] [--submissions reference thesis]
+       [--rungs none detections pose]
+
+The suite's trials and looks on arenas of no suite: seeds from `--first-seed` on, whose light levels take turns. A row
+is a driver with one true layer, its figures the means over the runs with their 95 % intervals; the last two columns are
+of all runs.
+Run again on DIR it goes on where it stopped. With `--rungs none --runs 20` it says how well a driver does as shipped.
+"""
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+from turns import table
+
+from adc_bench.evaluate.results import Result
+from adc_bench.evaluate.run import evaluate_submission
+from adc_bench.evaluate.statistics import Statistic
+from adc_bench.evaluate.submission import load_submission
+from adc_bench.evaluate.suite import Suite, load_suite
+from adc_bench.evaluate.witness import Privilege
+
+RUNGS: dict[str, Privilege | None] = {"none": None, "detections": "detections", "pose": "pose"}
+FIGURES = (  # heading, name in the summary, factor, decimals
+    ("position RMSE, cm", "position_rmse_m", 100, 2),
+    ("heading RMSE, deg", "heading_rmse_rad", math.degrees(1), 3),
+    ("NEES", "nees_mean", 1, 2),
+    ("cross-track RMSE, cm", "cross_track_rmse_m", 100, 2),
+    ("cross-track max, cm", "cross_track_max_m", 100, 1),
+    ("lap, s", "lap_time_s", 1, 2),
+    ("run time, s", "run_time_s", 1, 2),
+    ("points", "points", 1, 1),
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--suite", default="d1")
+    parser.add_argument("--runs", type=int, default=4)
+    parser.add_argument("--first-seed", type=int, default=601)
+    parser.add_argument("--submissions", nargs="+", default=["reference", "thesis"])
+    parser.add_argument("--rungs", nargs="+", choices=tuple(RUNGS), default=list(RUNGS))
+    options = parser.parse_args()
+    seeds = tuple(range(options.first_seed, options.first_seed + options.runs))
+    suite = msgspec.structs.replace(load_suite(options.suite), seeds=seeds, ranked=False)
+    rows = []
+    for name in options.submissions:
+        for rung in options.rungs:
+            result = drive(name, RUNGS[rung], suite, options.out / f"{name}-{rung}")
+            rows.append((name, rung, *figures(result)))
+    print(
+        table(("driver", "true layer", "finished", *(heading for heading, *_ in FIGURES), *(w for w, _ in ALL)), *rows)
+    )
+
+
+def drive(name: str, privileged: Privilege | None, suite: Suite, out: Path) -> Result:
+    """Return the result of a driver's runs in this process, those already in `out` among them."""
+    return evaluate_submission(load_submission(name, {}, privileged), suite, out, in_process=True)
+
+
+def figures(result: Result) -> tuple[str, ...]:
+    """Return a row's cells behind its names."""
+    finished = sum(episode.status == "success" for episode in result.episodes)
+    means = [shown(result.summary.get(name), factor, decimals) for _, name, factor, decimals in FIGURES]
+    return (f"{finished} of {result.planned}", *means, *(over_all(result) for _, over_all in ALL))
+
+
+def shown(figure: Statistic | None, factor: float, decimals: int) -> str:
+    """Return a figure as its mean and interval; nothing where no run has it."""
+    if figure is None:
+        return ""
+    mean, low, high = (f"{factor * value:.{decimals}f}" for value in (figure.mean, *figure.ci95))
+    return f"{mean} [{low}, {high}]"
+
+
+def worst_position(result: Result) -> str:
+    """Return the largest position error of all runs."""
+    errors = [episode.localization.position_max_m for episode in result.episodes if episode.localization]
+    return f"{100 * max(errors):.1f}" if errors else ""
+
+
+def faults(result: Result) -> str:
+    """Return how many lines and things were touched in all runs."""
+    return str(sum(episode.driving.line_touches + len(episode.collisions) for episode in result.episodes))
+
+
+ALL: tuple[tuple[str, Callable[[Result], str]], ...] = (
+    ("worst position, cm", worst_position),
+    ("touches", faults),
+)
+
+
+if __name__ == "__main__":
+    main()
