@@ -13,9 +13,11 @@ from adc_bench.render.runs import regions
 from adc_bench.render.targets import Target
 from adc_bench.world.frame import Label
 
-# Below these an object is an ignore region: pixels at 320 x 240 (they grow with the picture), and visible share.
+# An object is an ignore region below so many pixels at 320 x 240 (they grow with the picture), below that visible share
+# of what lies in the picture, and beyond that share outside it: of a corner cut off nobody can say what it is a corner of.
 VISIBLE_PX_MIN = 40
 VISIBLE_FRACTION_MIN = 0.2
+TRUNCATION_MAX = 0.9
 
 
 def labels_of(
@@ -35,6 +37,7 @@ def labels_of(
     for k, target in enumerate(seen.targets):
         region = shown[target.label_id]
         fraction = min(1.0, region.visible_px / max(whole.areas_px[k], 1.0))
+        hidden = fraction < VISIBLE_FRACTION_MIN or whole.truncations[k] > TRUNCATION_MAX
         labels.append(
             Label(
                 category_id=target.category_id,
@@ -49,7 +52,7 @@ def labels_of(
                 distance_m=distances_m[k],
                 pose_world_object=target.figures,
                 keypoints_px=keypoints[k],
-                ignore=region.visible_px < small_px or fraction < VISIBLE_FRACTION_MIN,
+                ignore=region.visible_px < small_px or hidden,
             )
         )
     return tuple(labels)

@@ -448,6 +448,28 @@ def test_things_mostly_hidden_are_ignore_regions(targets: dict[str, Target]) -> 
         assert label.visible_px > 40 and label.ignore == ignored
 
 
+def test_a_corner_cut_off_by_the_border_is_an_ignore_region(targets: dict[str, Target]) -> None:
+    """A face turned out of the picture step by step: a tenth of its area is the limit, however many pixels that is."""
+    target, camera = targets["box_0"], camera_of()
+    towards = pose_towards(target, np.array([-0.9, 0.0, 0.5]))
+    seen = {True: 0, False: 0}
+    for turn_rad in np.linspace(0.5, 1.0, 40):
+        pose = Pose3(rotation=towards.rotation @ rotation_zyx(0.0, turn_rad, 0.0), translation_m=towards.translation_m)
+        ids = ray_cast(target, np.array([-0.3, -0.3, 0]), np.array([0.3, 0.3, 0.3]), camera, pose)
+        if np.count_nonzero(ids) < 60:
+            continue
+        whole = camera_of(width_px=1920, height_px=1440)
+        whole = msgspec.structs.replace(whole, fx_px=camera.fx_px, fy_px=camera.fy_px)
+        everywhere = np.count_nonzero(ray_cast(target, np.array([-0.3, -0.3, 0]), np.array([0.3, 0.3, 0.3]), whole, pose))
+        share_outside = 1 - np.count_nonzero(ids) / everywhere
+        label = only(labels_of(ids, [target], camera, pose))
+        assert label.visible_fraction > 0.8
+        if abs(share_outside - 0.9) > 0.01:
+            assert label.ignore == (share_outside > 0.9)
+            seen[label.ignore] += 1
+    assert min(seen.values()) >= 3
+
+
 def test_a_board_is_as_far_as_its_middle(targets: dict[str, Target]) -> None:
     target, camera = targets["panel_facing_east"], camera_of()
     pose = pose_towards(target, np.array([2.0, 0.0, 0.0]))
@@ -526,7 +548,8 @@ def test_labels_of_drawn_arenas_hold_together(renderer: ArenaRenderer) -> None:
                 assert ((np.subtract(label.box_px, label.amodal_box_px) * inwards) > -2.0).all(), label.instance
                 assert ((np.subtract(label.amodal_box_px, label.amodal_box_whole_px) * inwards) > -0.01).all()
                 assert 0.0 < label.visible_fraction <= 1.0 and 0.0 <= label.truncation <= 1.0
-                assert label.ignore == (label.visible_px < 40 or label.visible_fraction < 0.2)
+                hidden = label.visible_fraction < 0.2 or label.truncation > 0.9
+                assert label.ignore == (label.visible_px < 40 or hidden)
                 for u, v, state in label.keypoints_px:
                     assert (0 <= u < 320 and 0 <= v < 240) if state else (u, v) == (0.0, 0.0)
                 seen += 1

@@ -8,11 +8,11 @@ from adc_bench.detector.training.example import Cutting, Example
 
 
 def paste_sign(example: Example, cutting: Cutting, rng: np.random.Generator) -> Example:
-    """Return the example with a sign, 16 to 90 px wide, pasted in where nothing is labelled, unless the place drawn is
+    """Return the example with a sign, 10 to 90 px wide, pasted in where nothing is labelled, unless the place drawn is
     taken. Draws into the example's picture.
     """
     sign_height, sign_width, _ = cutting.rgb.shape
-    width = round(float(np.exp(rng.uniform(np.log(16), np.log(90)))))
+    width = round(float(np.exp(rng.uniform(np.log(10), np.log(90)))))
     height = max(round(sign_height * width / sign_width), 1)
     place = _free_place(example, width, height, rng)
     if place is None:
