@@ -5,17 +5,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.api import LaserScan, Mission
+from adc_bench.api import Mission
 from adc_bench.geometry import Path, Pose2
 from adc_bench.stack.lane_change import ChangeParams, offsets, stop_m, taken
-from adc_bench.stack.laser_clusters import scan_points
-from adc_bench.stack.obstacle_map import MapParams, ObstacleMap, cones_among, see, things
+from adc_bench.stack.obstacle_map import MapParams, ObstacleMap, cones_among, things
 from adc_bench.stack.reference_line import ReferenceLine, line_through, rounded
 from adc_bench.stack.timetable import SpeedLimits, Timetable, fastest
-from adc_bench.stack.tracker import Tracker
 from adc_bench.stack.works_way import WorksParams, corridor, works_cones
-from adc_bench.world.robot import Motion
-from adc_bench.world.sensors import LaserSpec
 
 Array = NDArray[np.float64]
 
@@ -47,12 +43,16 @@ class Way:
     works: tuple[float, float] | None = None
 
 
-def way_ahead(mission: Mission, route: Path, known: ObstacleMap, s_m: float, end_m: float, params: DetourParams) -> Way:
-    """Return the way along a route from `behind_m` before an arc length to `ahead_m` after it, or to `end_m`.
+def way_ahead(
+    mission: Mission, route: Path, known: ObstacleMap, here_m: tuple[float, float], end_m: float, params: DetourParams
+) -> Way:
+    """Return the way along a route from a little before the robot to `ahead_m` before it, or to `end_m`.
 
-    `known` is what stands. Boxes take lanes, cones are road-works if the mission may hold them; what stands beside
-    the road (a tunnel's walls, furniture) is in no one's way.
+    `here_m` is where the robot is, (s, offset) from the route, and `known` what stands. Boxes take lanes, cones are
+    road-works if the mission may hold them; what stands beside the road (a tunnel's walls, furniture) is in no one's
+    way.
     """
+    s_m, offset_m = here_m
     line = rounded(route, max(s_m - 0.5, 0.0), min(s_m + params.ahead_m, end_m))
     boxes, cones = _beside(mission, route, known, s_m, params)
     course = mission.course
@@ -65,7 +65,8 @@ def way_ahead(mission: Mission, route: Path, known: ObstacleMap, s_m: float, end
     works = None
     if len(chosen):
         cone_s, cone_offset = cones[0][chosen], cones[1][chosen]
-        middle = corridor(cone_s, cone_offset, route.curvature_pm(cone_s), params.works)
+        here = (s_m, offset_m - float(np.interp(s_m, line.path_s_m, aside)))
+        middle = corridor(cone_s, cone_offset, route.curvature_pm(cone_s), here, params.works)
         assert middle is not None, "there are cones"
         aside = aside + middle.offsets(line.path_s_m)
         works = (float(cone_s[0]), float(cone_s[-1]))
@@ -99,46 +100,19 @@ def _is_round_a_loop(mission: Mission, place_m: Array, params: DetourParams) -> 
     return bool(apart_m < course.radius_outer_m + params.works_out_m)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class DetourState:
-    """Where on the route the robot is, what it knows to stand, and the timetable that it keeps."""
-
-    s_m: float
-    known: ObstacleMap
-    timetable: Timetable
-
-
 @dataclass(frozen=True, kw_only=True)
-class DetourPilot:
-    """Drives a route to its arc length `end_m` past what the laser meets; pure steps, given the believed pose."""
+class Detour:
+    """Speeds along the way past what stands beside a route, up to the route's arc length `end_m`."""
 
     mission: Mission
-    laser: LaserSpec
     route: Path
     end_m: float
     params: DetourParams = field(default_factory=DetourParams)
 
-    def start(self, s_m: float) -> DetourState:
-        """Return the state of a robot that stands at an arc length of the route and has seen nothing."""
-        known = ObstacleMap()
-        return DetourState(s_m=s_m, known=known, timetable=self._plan(known, s_m, 0.0))
-
-    def look(self, state: DetourState, scan: LaserScan, pose: Pose2, motion: Motion) -> DetourState:
-        """Return the state after a scan that was taken at a pose."""
-        points = scan_points(scan, self.laser)
-        known = see(state.known, points, pose, scan.time_s, self.params.map) if len(points) else state.known
-        return replace(state, known=known, timetable=self._plan(known, state.s_m, motion.v_mps))
-
-    def steer(self, state: DetourState, pose: Pose2, motion: Motion) -> tuple[DetourState, Motion]:
-        """Return the next state and the command, from where the robot will be when it begins to act."""
-        line = state.timetable.line
-        tracker = Tracker(robot=self.mission.robot, period_s=self.mission.control_period_s, timetable=state.timetable)
-        on_line_m = float(np.interp(state.s_m, line.path_s_m, line.s_m))
-        on_line_m, command = tracker.track(on_line_m, pose, motion)
-        return replace(state, s_m=float(np.interp(on_line_m, line.s_m, line.path_s_m))), command
-
-    def _plan(self, known: ObstacleMap, s_m: float, speed_mps: float) -> Timetable:
-        way = way_ahead(self.mission, self.route, known, s_m, self.end_m, self.params)
+    def timetable(self, known: ObstacleMap, s_m: float, pose: Pose2, speed_mps: float) -> Timetable:
+        """Return the way ahead of a robot at a pose, near an arc length of the route, that is so fast."""
+        ((s_m,), (offset_m,)) = self.route.project([(pose.x_m, pose.y_m)], around_s_m=s_m)
+        way = way_ahead(self.mission, self.route, known, (s_m, offset_m), self.end_m, self.params)
         limits = SpeedLimits.of(self.mission.robot, speed_mps=self._speed_mps(way, s_m))
         line = way.line
         if way.stop_m is not None:

@@ -18,14 +18,23 @@ STOP_ROOM_M = 0.25  # from the robot's nose to the stop line where it waits
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Leg:
-    """A line from `LEAD_M` before a crosswalk on, and the arc length at which the robot comes to rest on it."""
+    """The lane from before a crosswalk on, rounded from `LEAD_M` before it; it ends at rest at the lane's arc length
+    `end_m`.
+    """
 
+    lane: Path
     line: ReferenceLine
     end_m: float
 
-    def ahead(self, pose: Pose2) -> ReferenceLine:
-        """Return what remains of it for a robot that comes to its crosswalk."""
-        return self.line.part(self.line.project(pose, around_s_m=LEAD_M, window_m=LEAD_M), self.end_m)
+    def place_m(self, pose: Pose2) -> float:
+        """Return the lane's arc length at which a robot comes to its crosswalk."""
+        on_line_m = self.line.project(pose, around_s_m=LEAD_M, window_m=LEAD_M)
+        return float(np.interp(on_line_m, self.line.s_m, self.line.path_s_m))
+
+    def ahead(self, s_m: float) -> ReferenceLine:
+        """Return what remains of the line from an arc length of the lane on."""
+        line = self.line
+        return line.part(*np.interp((s_m, self.end_m), line.path_s_m, line.s_m))
 
 
 def stop_before_m(course: CourseSpec, robot: RobotParams) -> float:
@@ -62,4 +71,4 @@ def _leg(spec: CourseSpec, loop: Loop, came: Way, beyond: tuple[Piece, ...], end
     path = Path(start=crosswalk_pose(Course(spec=spec), OTHER[loop]), pieces=(*before, *beyond))
     crosswalk_m = float(path.knots_m[len(before)])
     driven = rounded(path, crosswalk_m - LEAD_M, path.length_m)
-    return Leg(line=driven, end_m=float(np.interp(crosswalk_m + end_m, driven.path_s_m, driven.s_m)))
+    return Leg(lane=path, line=driven, end_m=crosswalk_m + end_m)

@@ -3,7 +3,7 @@
 The corridor's middle is a smooth curve beside the lane: a Gaussian process of the offset m(s), zero in the mean, so
 that the way leaves the lane where the cones lead off it and comes back where they end. A cone of the outer row lies
 about half a corridor to the right of the middle, one of the inner row to the left; which row each cone
-belongs to is what the process finds most likely among all ways to tell them apart.
+belongs to is what the process finds most likely among all ways to tell them apart. Where the robot is, the corridor is.
 """
 
 from dataclasses import dataclass
@@ -27,6 +27,7 @@ class WorksParams:
     swing_m: float = 0.6  # standard deviation of the middle's offset
     bend_m: float = 1.4  # over which it changes
     noise_m: float = 0.06
+    here_m: float = 0.12  # how far the robot may be from the middle, one sd
     outlier: float = 12.0  # what a cone must spoil to be left out
     mouth_m: float = 0.75  # one cone at least stands nearer to the lane's middle
     link_m: float = 2.0  # between neighbours of a row
@@ -37,7 +38,7 @@ class WorksParams:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Corridor:
-    """The middle's offset as a process: stations (n,) of the cones, and their weights (n,)."""
+    """The middle's offset as a process: stations (n + 1,) of the cones and of the robot, and their weights (n + 1,)."""
 
     s_m: Array
     weights: Array
@@ -69,17 +70,20 @@ def works_cones(s_m: Array, offset_m: Array, params: WorksParams) -> NDArray[np.
     return chosen
 
 
-def corridor(s_m: Array, offset_m: Array, curvature_pm: Array, params: WorksParams) -> Corridor | None:
+def corridor(
+    s_m: Array, offset_m: Array, curvature_pm: Array, here_m: tuple[float, float], params: WorksParams
+) -> Corridor | None:
     """Return the corridor between cones at (s, offset) beside a lane of these curvatures, each (n,); None without any.
 
-    A cone that fits none of the rows is left out.
+    `here_m` is the robot's (s, offset), whether between the cones or on its way to them. A cone that fits none of the
+    rows is left out.
     """
     while len(s_m):
-        fit = _fit(s_m, offset_m, curvature_pm, params)
+        fit = _fit(s_m, offset_m, curvature_pm, here_m, params)
         if len(s_m) < 4:
             return fit
         others = [np.delete(np.arange(len(s_m)), k) for k in range(len(s_m))]
-        costs = [_fit(s_m[o], offset_m[o], curvature_pm[o], params).cost for o in others]
+        costs = [_fit(s_m[o], offset_m[o], curvature_pm[o], here_m, params).cost for o in others]
         best = int(np.argmin(costs))
         if fit.cost - costs[best] < params.outlier:
             return fit
@@ -87,17 +91,22 @@ def corridor(s_m: Array, offset_m: Array, curvature_pm: Array, params: WorksPara
     return None
 
 
-def _fit(s_m: Array, offset_m: Array, curvature_pm: Array, params: WorksParams) -> Corridor:
+def _fit(
+    s_m: Array, offset_m: Array, curvature_pm: Array, here_m: tuple[float, float], params: WorksParams
+) -> Corridor:
     """Return the likeliest corridor. Where the middle runs aslant, the rows are farther off along the normal."""
-    inverse = np.linalg.inv(_kernel(s_m, s_m, params) + params.noise_m**2 * np.eye(len(s_m)))
+    stations = np.append(s_m, here_m[0])
+    noise_m = np.append(np.full(len(s_m), params.noise_m), params.here_m)
+    inverse = np.linalg.inv(_kernel(stations, stations, params) + np.diag(np.square(noise_m)))
     sides = _sides(len(s_m))
     half_m = np.where(sides > 0, params.outer_m, params.inner_m)
+    here = np.full((len(sides), 1), here_m[1])
     steeper = np.ones_like(s_m)
     for _ in range(params.rounds):
-        middles = offset_m + sides * half_m * steeper
+        middles = np.hstack([offset_m + sides * half_m * steeper, here])
         costs = np.einsum("ki,ij,kj->k", middles, inverse, middles)
         best = int(np.argmin(costs))
-        found = Corridor(s_m=s_m, weights=inverse @ middles[best], cost=float(costs[best]), params=params)
+        found = Corridor(s_m=stations, weights=inverse @ middles[best], cost=float(costs[best]), params=params)
         slope = np.minimum(np.abs(found.slopes(s_m)) / (1 - curvature_pm * offset_m), params.slope_max)
         steeper = np.asarray(np.hypot(1.0, slope), dtype=np.float64)
     return found

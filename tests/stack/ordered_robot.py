@@ -27,42 +27,54 @@ COURSE = Course(spec=RULES.course)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ordered:
-    """What a drive left behind: the referee with what it saw, poses (n, 3) and commands (n, 2) by control step."""
+    """What a drive left behind: the referee with what it saw, poses (n, 3) and commands (n, 2) by control step, and the
+    names of what was touched.
+    """
 
     referee: Referee
     watch: Watch
     poses: np.ndarray
     commands: np.ndarray
+    touched: tuple[str, ...]
 
 
 def obey(suite: Suite, seed: int, *, read_from_m: float = 2.5, speed_mps: float = 2.2) -> Ordered:
-    """Drive a run to its end; the panel is seen from so far before it, by a robot that looks towards it."""
+    """Drive a run to its end; the panel is seen from so far before it, by a robot that looks towards it. Where nothing
+    can stand in the way there is no laser.
+    """
     referee, scenario = _referee(suite, seed), scenario_for(suite, seed)
     mission = mission_for(suite, latency_s=0.0, options={})
+    laser = scenario.rig.laser if {"boxes", "works"} & set(mission.elements) else None
     world = Simulation(
-        msgspec.structs.replace(scenario, rig=msgspec.structs.replace(scenario.rig, laser=None)),
+        msgspec.structs.replace(scenario, rig=msgspec.structs.replace(scenario.rig, laser=laser)),
         mission.start_pose,
         PERIOD_S,
     )
     pilot = OrdersPilot(mission=mission, speed_mps=speed_mps)
     state, under_way = pilot.start(), at_rest(PERIOD_S, mission.latency_s)
-    queue, rows = deque([(0.0, 0.0)]), []
+    queue, rows, touched = deque([(0.0, 0.0)]), [], []
     pose = world.state().pose_world_robot
     watch = referee.begin(pose)
     while not referee.end(watch):
         if len(rows) % PICTURE_STEPS == 0 and pilot.looks(state):
             sign = referee.panels(watch) if sees_panel(pose, read_from_m) else None
             state = pilot.look(state, pose, panel(sign))
+        scan = world.read_sensors().laser
+        if scan is not None:
+            state = pilot.see(state, pose, scan)
         there, motion = when_acting(under_way, mission.robot, pose, PERIOD_S)
         state, command = pilot.steer(state, there, motion)
         under_way = send(under_way, mission.robot, command, PERIOD_S)
         world.advance(*queue.popleft())
         queue.append((command.v_mps, command.omega_radps))
+        touched += [contact.with_name for contact in world.take_contacts()]
         pose = world.state().pose_world_robot
         rows.append((pose.x_m, pose.y_m, pose.yaw_rad, command.v_mps, command.omega_radps))
         watch = referee.step(watch, Moment(time_s=world.time_s, pose=pose))
     table = np.array(rows)
-    return Ordered(referee=referee, watch=watch, poses=table[:, :3], commands=table[:, 3:])
+    return Ordered(
+        referee=referee, watch=watch, poses=table[:, :3], commands=table[:, 3:], touched=tuple(sorted(set(touched)))
+    )
 
 
 def sees_panel(pose: Pose2, read_from_m: float) -> bool:

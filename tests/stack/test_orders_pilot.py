@@ -64,7 +64,8 @@ def test_the_next_leg_begins_as_the_last_one_ends() -> None:
     stop_m = stop_before_m(COURSE.spec, RobotParams())
     for way in ("straight", "turn"):
         before = half_lap_leg(COURSE.spec, "east", "turn", way, stop_m)
-        end = before.line.pose(before.end_m - 0.5)
+        end_m = float(np.interp(before.end_m, before.line.path_s_m, before.line.s_m))
+        end = before.line.pose(end_m - 0.5)
         for onward in ("straight", "turn"):
             after = half_lap_leg(COURSE.spec, "west", way, onward, stop_m).line
             start = after.pose(after.project(end, 5.0, 5.0))

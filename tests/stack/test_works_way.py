@@ -11,6 +11,7 @@ from adc_bench.world.layout import Works
 from adc_bench.world.streams import stream
 
 COURSE, PARAMS = Course(), WorksParams()
+BEFORE = (1.0, 0.0)  # a robot on its way to the cones
 S = np.arange(4.0, 20.0, 0.05)
 
 
@@ -28,7 +29,7 @@ def seen(works: Works) -> tuple[np.ndarray, np.ndarray]:
 
 def way(s: np.ndarray, offset: np.ndarray) -> np.ndarray:
     """Return the corridor's middle (n, 2) in the world."""
-    found = corridor(s, offset, COURSE.lap.curvature_pm(s), PARAMS)
+    found = corridor(s, offset, COURSE.lap.curvature_pm(s), BEFORE, PARAMS)
     assert found is not None
     poses, aside = COURSE.lap.poses(S), found.offsets(S)
     normals = np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
@@ -47,7 +48,7 @@ def test_the_way_leads_between_the_rows_with_room_on_both_sides(seed: int) -> No
 
 def test_before_and_behind_the_cones_it_is_the_lane() -> None:
     s, offset = seen(drawn(1))
-    found = corridor(s, offset, COURSE.lap.curvature_pm(s), PARAMS)
+    found = corridor(s, offset, COURSE.lap.curvature_pm(s), BEFORE, PARAMS)
     assert found is not None
     assert np.abs(found.offsets(np.array([s[0] - 4.0, s[-1] + 4.0]))).max() < 0.01
 
@@ -55,10 +56,10 @@ def test_before_and_behind_the_cones_it_is_the_lane() -> None:
 @pytest.mark.parametrize("seed", range(10))
 def test_the_near_part_of_the_way_is_known_from_the_cones_within_reach(seed: int) -> None:
     s, offset = seen(drawn(seed))
-    whole = corridor(s, offset, COURSE.lap.curvature_pm(s), PARAMS)
+    whole = corridor(s, offset, COURSE.lap.curvature_pm(s), BEFORE, PARAMS)
     for reach_m in (3.0, 4.5):
         near = s < s[0] + reach_m
-        part = corridor(s[near], offset[near], COURSE.lap.curvature_pm(s[near]), PARAMS)
+        part = corridor(s[near], offset[near], COURSE.lap.curvature_pm(s[near]), BEFORE, PARAMS)
         assert whole is not None and part is not None
         early = np.linspace(s[0] - 1.0, s[0] + reach_m - 1.8, 20)
         assert np.abs(part.offsets(early) - whole.offsets(early)).max() < 0.25
@@ -66,7 +67,7 @@ def test_the_near_part_of_the_way_is_known_from_the_cones_within_reach(seed: int
 
 def test_the_slope_is_the_offset_s_derivative() -> None:
     s, offset = seen(drawn(2))
-    found = corridor(s, offset, COURSE.lap.curvature_pm(s), PARAMS)
+    found = corridor(s, offset, COURSE.lap.curvature_pm(s), BEFORE, PARAMS)
     assert found is not None
     np.testing.assert_allclose(found.slopes(S), np.gradient(found.offsets(S), S), atol=5e-3)
 
@@ -79,4 +80,4 @@ def test_what_stands_far_from_the_lane_and_the_cones_is_no_cone_of_theirs() -> N
 
 
 def test_without_cones_there_is_no_corridor() -> None:
-    assert corridor(np.zeros(0), np.zeros(0), np.zeros(0), PARAMS) is None
+    assert corridor(np.zeros(0), np.zeros(0), np.zeros(0), BEFORE, PARAMS) is None
