@@ -12,6 +12,7 @@ from adc_bench.stack import Driver, StandStill
 from adc_bench.stack.conduct import AfterArrow, Conduct
 from adc_bench.stack.driver import Localizing
 from adc_bench.stack.edge_localizer import EdgeLocalizer
+from adc_bench.stack.lane_follower import LaneFollower
 from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
 from adc_bench.stack.orders_pilot import OrdersPilot
 from adc_bench.stack.pilots import HeadingPilot, LinePilot, Pilot, TrajectoryPilot
@@ -29,7 +30,7 @@ class Layers:
 
 OWN_LAYERS = Layers()
 
-REFERENCE_SPEED_MPS, THESIS_SPEED_MPS = 2.2, 1.0
+REFERENCE_SPEED_MPS, THESIS_SPEED_MPS, LANE_SPEED_MPS = 2.2, 1.0, 1.0
 PILOTS: Mapping[str, Callable[..., Pilot[Any]]] = {"pid": HeadingPilot, "linearisation": TrajectoryPilot}
 
 
@@ -66,16 +67,21 @@ def odometry_only(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     return _driver(options, layers, HeadingPilot, LocalizerParams(corrections=False))
 
 
+def lane_follower(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
+    """Return the driver that has no map and keeps to the lane that its road camera shows. Options: `weights`,
+    `speed_mps`.
+    """
+    _refuse_unknown(options, known=("weights", "speed_mps"))
+    if layers.localizer:
+        raise _without_layer("lane-follower, which steers by no pose")
+    return LaneFollower(layers.detect or _detect(options), _number(options, "speed_mps", default=LANE_SPEED_MPS))
+
+
 def stand_still(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     """Return the agent that never moves; it has no options and no layers."""
     _refuse_unknown(options, known=())
     if layers != OWN_LAYERS:
-        raise UsageError(
-            where="--privileged",
-            found="stand-still, which neither looks nor locates itself",
-            wanted="a driver that has the layer",
-            todo="name another built-in driver",
-        )
+        raise _without_layer("stand-still, which neither looks nor locates itself")
     return StandStill()
 
 
@@ -83,6 +89,7 @@ BUILT_IN: Mapping[str, Callable[..., Agent]] = {
     "reference": reference,
     "thesis": thesis,
     "odometry-only": odometry_only,
+    "lane-follower": lane_follower,
     "stand-still": stand_still,
 }
 
@@ -109,6 +116,15 @@ def _detect(options: Options) -> Detect:
 
     weights = options.get("weights")
     return Detector.load(Path(weights) if weights else shipped_weights())
+
+
+def _without_layer(found: str) -> UsageError:
+    return UsageError(
+        where="--privileged",
+        found=found,
+        wanted="a driver that has the layer",
+        todo="name another built-in driver",
+    )
 
 
 def _refuse_unknown(options: Options, known: tuple[str, ...]) -> None:

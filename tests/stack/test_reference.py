@@ -2,11 +2,12 @@ import pytest
 
 from adc_bench.api import Agent
 from adc_bench.errors import UsageError
-from adc_bench.reference import BUILT_IN
+from adc_bench.reference import BUILT_IN, Layers
+from adc_bench.stack.edge_localizer import EdgeLocalizer
 
 
 def test_the_built_in_names() -> None:
-    assert set(BUILT_IN) == {"reference", "thesis", "odometry-only", "stand-still"}
+    assert set(BUILT_IN) == {"reference", "thesis", "odometry-only", "lane-follower", "stand-still"}
 
 
 def test_stand_still_is_an_agent_and_has_no_options() -> None:
@@ -14,6 +15,12 @@ def test_stand_still_is_an_agent_and_has_no_options() -> None:
     with pytest.raises(UsageError) as caught:
         BUILT_IN["stand-still"]({"speed_mps": "1"})
     assert "no options: this agent has none" in str(caught.value)
+
+
+def test_who_steers_by_no_pose_is_lent_none() -> None:
+    with pytest.raises(UsageError) as caught:
+        BUILT_IN["lane-follower"]({}, Layers(localizer=lambda mission: EdgeLocalizer(mission=mission)))
+    assert "lane-follower, which steers by no pose" in str(caught.value)
 
 
 def test_an_unknown_option_is_named_with_the_known_ones() -> None:
