@@ -18,6 +18,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 MARK = "turn:"  # before every line of ours: peers print what they like
+SETTLE_S = 0.2  # before a turn: threads of the one before spin on for a while, on the cores that the next one needs
 
 
 def serve(step: Callable[[], object], **facts: object) -> None:
@@ -90,6 +91,7 @@ def take_turns(workers: Sequence[Worker], rounds: int, steps: int) -> dict[str, 
     for number in range(rounds):
         first = number % len(workers)
         for worker in (*workers[first:], *workers[:first]):
+            time.sleep(SETTLE_S)
             found[worker.name].append(worker.turn(steps))
     return found
 

@@ -18,17 +18,16 @@ def prepare(pictures: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
     """
     height, width, _ = pictures[0].shape
     padded_height, padded_width = (side + -side % MULTIPLE_PX for side in (height, width))
-    prepared = np.zeros((len(pictures), 3, padded_height, padded_width), np.float32)
+    prepared = np.empty((len(pictures), 3, padded_height, padded_width), np.float32)
+    prepared[:, :, height:] = prepared[:, :, :height, width:] = 0
     for rgb, planes in zip(pictures, prepared, strict=True):
         levels = _levels(rgb)
         for colour, plane in zip(cv2.split(rgb), planes, strict=True):
-            plane[:height, :width] = cv2.LUT(colour, levels)
+            cv2.LUT(colour, levels, dst=plane[:height, :width])
     return prepared
 
 
 def _levels(rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Return what each grey level becomes, (256,)."""
-    means, deviations = (values[:, 0] for values in cv2.meanStdDev(rgb))
-    mean = means.mean()
-    deviation = np.sqrt(np.mean(deviations**2 + (means - mean) ** 2))
-    return np.asarray((np.arange(256) - mean) / (deviation + DEVIATION_FLOOR), np.float32)
+    means, deviations = cv2.meanStdDev(rgb.reshape(len(rgb), -1))  # all colours in one row, as if of one colour
+    return np.asarray((np.arange(256) - means[0]) / (deviations[0] + DEVIATION_FLOOR), np.float32)
