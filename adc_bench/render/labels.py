@@ -14,7 +14,7 @@ from adc_bench.render.targets import Target
 from adc_bench.world.frame import Label
 
 # An object is an ignore region below so many pixels at 320 x 240 (they grow with the picture), below that visible share
-# of what lies in the picture, and beyond that share outside it: of a corner cut off nobody can say what it is a corner of.
+# of what lies in the picture, and beyond that share outside it: nobody can say what a corner is a corner of.
 VISIBLE_PX_MIN = 40
 VISIBLE_FRACTION_MIN = 0.2
 TRUNCATION_MAX = 0.9

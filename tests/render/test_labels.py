@@ -449,25 +449,22 @@ def test_things_mostly_hidden_are_ignore_regions(targets: dict[str, Target]) -> 
 
 
 def test_a_corner_cut_off_by_the_border_is_an_ignore_region(targets: dict[str, Target]) -> None:
-    """A face turned out of the picture step by step: a tenth of its area is the limit, however many pixels that is."""
+    """A box turned out of the picture step by step: a tenth of its area is the limit, however many pixels that is."""
     target, camera = targets["box_0"], camera_of()
-    towards = pose_towards(target, np.array([-0.9, 0.0, 0.5]))
+    towards, low, high = pose_towards(target, np.array([-0.9, 0.0, 0.5])), np.full(3, -0.3), np.full(3, 0.3)
+    low[2] = 0.0
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
     seen = {True: 0, False: 0}
-    for turn_rad in np.linspace(0.5, 1.0, 40):
+    for turn_rad in np.linspace(0.6, 1.0, 12):
         pose = Pose3(rotation=towards.rotation @ rotation_zyx(0.0, turn_rad, 0.0), translation_m=towards.translation_m)
-        ids = ray_cast(target, np.array([-0.3, -0.3, 0]), np.array([0.3, 0.3, 0.3]), camera, pose)
-        if np.count_nonzero(ids) < 60:
-            continue
-        whole = camera_of(width_px=1920, height_px=1440)
-        whole = msgspec.structs.replace(whole, fx_px=camera.fx_px, fy_px=camera.fy_px)
-        everywhere = np.count_nonzero(ray_cast(target, np.array([-0.3, -0.3, 0]), np.array([0.3, 0.3, 0.3]), whole, pose))
-        share_outside = 1 - np.count_nonzero(ids) / everywhere
-        label = only(labels_of(ids, [target], camera, pose))
-        assert label.visible_fraction > 0.8
-        if abs(share_outside - 0.9) > 0.01:
-            assert label.ignore == (share_outside > 0.9)
+        ids = ray_cast(target, low, high, camera, pose)
+        hull = cv2.convexHull(by_opencv(target.pose_world_object.transform(corners), camera, pose).astype(np.float32))
+        share_outside = 1 - np.count_nonzero(ids) / cv2.contourArea(hull)
+        if np.count_nonzero(ids) >= 60 and abs(share_outside - 0.9) > 0.01:
+            label = only(labels_of(ids, [target], camera, pose))
+            assert label.visible_fraction > 0.8 and label.ignore == (share_outside > 0.9)
             seen[label.ignore] += 1
-    assert min(seen.values()) >= 3
+    assert min(seen.values()) >= 2
 
 
 def test_a_board_is_as_far_as_its_middle(targets: dict[str, Target]) -> None:
