@@ -16,6 +16,7 @@ from adc_bench.stack.lane_follower import LaneFollower
 from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
 from adc_bench.stack.orders_pilot import OrdersPilot
 from adc_bench.stack.pilots import HeadingPilot, LinePilot, Pilot, TrajectoryPilot
+from adc_bench.stack.thesis_pilot import ThesisPilot
 
 Options = Mapping[str, str]
 
@@ -50,9 +51,11 @@ def reference(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
 
 
 def thesis(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
-    """Return the thesis' driver: detector, lane lines, EKF, and one of its two controllers.
+    """Return the thesis' driver: detector, lane lines, EKF, and one of its two controllers; it obeys the panels, goes
+    round boxes by the thesis' rule, and parks.
 
-    Options: `weights` (a file), `speed_mps`, `controller` (`pid` or `linearisation`).
+    Options: `weights` (a file), `speed_mps`, `controller` (`pid` or `linearisation`; that one drives laps of an empty
+    road, all else is left to `pid`).
     """
     _refuse_unknown(options, known=("weights", "speed_mps", "controller"))
     pilot = PILOTS[_choice(options, "controller", tuple(PILOTS))]
@@ -101,12 +104,19 @@ def _reference_conduct(mission: Mission, speed_mps: float) -> Conduct[Any]:
     return AfterArrow(pilot=LinePilot(mission=mission, speed_mps=speed_mps))
 
 
+def _thesis_conduct(mission: Mission, pilot: Callable[..., Pilot[Any]], speed_mps: float) -> Conduct[Any]:
+    """Return who obeys and goes round things; on an empty road whose panels only start and end a run, who drives it."""
+    if {"orders", "boxes", "works"} & set(mission.elements) or mission.parking:
+        return ThesisPilot(mission=mission, speed_mps=speed_mps)
+    return AfterArrow(pilot=pilot(mission=mission, speed_mps=speed_mps))
+
+
 def _driver(options: Options, layers: Layers, pilot: Callable[..., Pilot[Any]], params: LocalizerParams) -> Agent:
     detect, speed_mps = layers.detect or _detect(options), _number(options, "speed_mps", default=THESIS_SPEED_MPS)
     return Driver(
         detect,
         layers.localizer or (lambda mission: Localizer(mission=mission, detect=detect, params=params)),
-        lambda mission: AfterArrow(pilot=pilot(mission=mission, speed_mps=speed_mps)),
+        lambda mission: _thesis_conduct(mission, pilot, speed_mps),
     )
 
 

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from adc_bench.geometry import wrap_rad
+from adc_bench.geometry import wrap_array_rad, wrap_rad
 from adc_bench.stack.laser_clusters import Cluster
 from adc_bench.world.robot import Motion
 
@@ -62,8 +62,7 @@ def avoid(
 
     `found` is what the scan met, `path_rad` the direction, seen from the robot, of a point ahead on the path.
     """
-    wide = [cluster for cluster in found if cluster.width_m >= params.width_m]
-    blocked = _is_in_cone(wide, 0.0, params.ahead_rad, params.near_m)
+    blocked = ahead(found, params) is not None
     if not state.active:
         state = replace(state, since_s=time_s) if blocked else state
     elif not blocked and _may_leave(state, found, path_rad, time_s, params):
@@ -75,16 +74,23 @@ def _may_leave(
     state: Avoiding, found: Sequence[Cluster], path_rad: float, time_s: float, params: AvoidanceParams
 ) -> bool:
     assert state.since_s is not None, "only an active behaviour ends"
-    free = not _is_in_cone(found, path_rad, params.free_rad, params.near_m)
+    free = _nearest_in_cone(found, path_rad, params.free_rad, params.near_m) is None
     return free and time_s - state.since_s >= params.dwell_s
 
 
-def _is_in_cone(found: Sequence[Cluster], towards_rad: float, half_rad: float, near_m: float) -> bool:
-    """Return whether a return lies near and within an angle about a direction."""
-    return any(
-        bool(np.any((_distances(cluster) < near_m) & (np.abs(_apart(cluster, towards_rad)) < half_rad)))
-        for cluster in found
-    )
+def ahead(found: Sequence[Cluster], params: AvoidanceParams) -> Array | None:
+    """Return the nearest return (2,), in the robot frame, of what the behaviour begins for; None if the way is free."""
+    wide = [cluster for cluster in found if cluster.width_m >= params.width_m]
+    return _nearest_in_cone(wide, 0.0, params.ahead_rad, params.near_m)
+
+
+def _nearest_in_cone(found: Sequence[Cluster], towards_rad: float, half_rad: float, near_m: float) -> Array | None:
+    """Return the nearest return (2,) that lies near and within an angle about a direction, None if there is none."""
+    points = np.concatenate([np.zeros((0, 2)), *(cluster.points_robot for cluster in found)])
+    distances = np.hypot(points[:, 0], points[:, 1])
+    apart = np.abs(wrap_array_rad(np.arctan2(points[:, 1], points[:, 0]) - towards_rad))
+    inside = (distances < near_m) & (apart < half_rad)
+    return np.asarray(points[np.argmin(np.where(inside, distances, np.inf))]) if inside.any() else None
 
 
 def _round(side: Side, found: Sequence[Cluster], path_rad: float, params: AvoidanceParams) -> Motion:
@@ -113,7 +119,3 @@ def steer_rad(bearing_rad: float, distance_m: float, side: Side, params: Avoidan
 
 def _distances(cluster: Cluster) -> Array:
     return np.asarray(np.hypot(cluster.points_robot[:, 0], cluster.points_robot[:, 1]), dtype=np.float64)
-
-
-def _apart(cluster: Cluster, towards_rad: float) -> Array:
-    return np.asarray((cluster.bearings_rad - towards_rad + np.pi) % (2 * np.pi) - np.pi, dtype=np.float64)

@@ -1,7 +1,9 @@
 """A conduct at the wheel of the simulated robot on an arena of a suite, shown the panels that the referee shows."""
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,6 +18,7 @@ from adc_bench.evaluate.submission import SubmissionId
 from adc_bench.evaluate.suite import Suite, mission_for, rules_id, scenario_for, start_step
 from adc_bench.geometry import Pose2
 from adc_bench.sim import Simulation
+from adc_bench.stack.conduct import Conduct
 from adc_bench.stack.orders_pilot import OrdersPilot
 from adc_bench.stack.prediction import at_rest, send, when_acting
 from adc_bench.world.course import Course
@@ -38,7 +41,14 @@ class Ordered:
     touched: tuple[str, ...]
 
 
-def obey(suite: Suite, seed: int, *, read_from_m: float = 2.5, speed_mps: float = 2.2) -> Ordered:
+def obey(
+    suite: Suite,
+    seed: int,
+    *,
+    read_from_m: float = 2.5,
+    speed_mps: float = 2.2,
+    make: Callable[..., Conduct[Any]] = OrdersPilot,
+) -> Ordered:
     """Drive a run to its end; the panel is seen from so far before it, by a robot that looks towards it. Where nothing
     can stand in the way there is no laser.
     """
@@ -50,7 +60,7 @@ def obey(suite: Suite, seed: int, *, read_from_m: float = 2.5, speed_mps: float 
         mission.start_pose,
         PERIOD_S,
     )
-    pilot = OrdersPilot(mission=mission, speed_mps=speed_mps)
+    pilot = make(mission=mission, speed_mps=speed_mps)
     state, under_way = pilot.start(), at_rest(PERIOD_S, mission.latency_s)
     queue, rows, touched = deque([(0.0, 0.0)]), [], []
     pose = world.state().pose_world_robot
