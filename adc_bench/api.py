@@ -1,9 +1,10 @@
-"""The contract of a submission: a factory returns an `Agent`; it gets `Observation`s and answers with `Command`s.
+"""The contract of a submission: a factory returns an `Agent`; it gets `Observation`s and answers with `Command`s. A
+detector gets pictures, and answers with `Detection`s.
 
 Nothing here holds, or can hold, the truth.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
@@ -12,11 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.geometry import Pose2
-from adc_bench.world.categories import SignCategory
+from adc_bench.world.categories import Category, SignCategory
 from adc_bench.world.course import CourseSpec
 from adc_bench.world.parking import ParkingKind
 from adc_bench.world.robot import RobotParams
 from adc_bench.world.sensors import SensorRig
+
+# What a submission is: it drives, or says where a robot is that others drive, or what is on pictures.
+Kind = Literal["driver", "localizer", "detector"]
+Point = tuple[float, float]
 
 Element = Literal["orders", "boxes", "tunnel", "works", "vertical_signs"]
 
@@ -132,4 +137,33 @@ class Agent(Protocol):
 
     def step(self, observation: Observation) -> Command:
         """Answer one observation."""
+        ...
+
+
+class Detection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An object found on a picture, in pixels: x to the right, y downwards, from the picture's top left corner.
+
+    Attributes:
+        score: how likely it is right, 0 to 1.
+        box_px: left, top, right, bottom.
+        corners_px: optional, the corners of a crosswalk, panel or sign. Of the crosswalk far left, far right, near
+            right, near left of who looks at it; of a board from its own top left clockwise as seen from the front.
+    """
+
+    category: Category
+    score: float
+    box_px: tuple[float, float, float, float]
+    corners_px: tuple[Point, Point, Point, Point] | None = None
+
+
+@runtime_checkable
+class PictureDetector(Protocol):
+    """A detector: told the mission once, for its rig and its options, then asked about one picture after another."""
+
+    def start(self, mission: Mission) -> None:
+        """Get ready; may take seconds."""
+        ...
+
+    def detect(self, rgb: NDArray[np.uint8]) -> Sequence[Detection]:
+        """Return what is on a picture (height, width, 3)."""
         ...

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from adc_bench.api import Agent, Mission
+import numpy as np
+from numpy.typing import NDArray
+
+from adc_bench.api import Agent, Kind, Mission, PictureDetector
 from adc_bench.errors import UsageError
 from adc_bench.stack import Driver, StandStill
 from adc_bench.stack.conduct import AfterArrow, Conduct
@@ -14,9 +17,11 @@ from adc_bench.stack.driver import Localizing
 from adc_bench.stack.edge_localizer import EdgeLocalizer
 from adc_bench.stack.lane_follower import LaneFollower
 from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
+from adc_bench.stack.lone_localizer import LoneLocalizer
 from adc_bench.stack.orders_pilot import OrdersPilot
 from adc_bench.stack.pilots import HeadingPilot, LinePilot, Pilot, TrajectoryPilot
 from adc_bench.stack.thesis_pilot import ThesisPilot
+from adc_bench.world.frame import Detections
 
 Options = Mapping[str, str]
 
@@ -97,9 +102,52 @@ BUILT_IN: Mapping[str, Callable[..., Agent]] = {
 }
 
 
+def reference_localizer(options: Options) -> Agent:
+    """Return the reference driver's localiser; it has no options."""
+    _refuse_unknown(options, known=())
+    return LoneLocalizer(lambda mission: EdgeLocalizer(mission=mission))
+
+
+def thesis_localizer(options: Options) -> Agent:
+    """Return the thesis driver's localiser. Options: `weights` (a file)."""
+    _refuse_unknown(options, known=("weights",))
+    detect = _detect(options)
+    return LoneLocalizer(lambda mission: Localizer(mission=mission, detect=detect))
+
+
+def odometry_localizer(options: Options) -> Agent:
+    """Return the thesis driver's localiser that only reckons with the encoders; it has no options."""
+    _refuse_unknown(options, known=())
+    blind = LocalizerParams(corrections=False)
+    return LoneLocalizer(lambda mission: Localizer(mission=mission, detect=_blind, params=blind))
+
+
+def reference_detector(options: Options) -> PictureDetector:
+    """Return the detector that every built-in driver has. Options: `weights` (a file)."""
+    from adc_bench.detector.lone import LoneDetector
+
+    _refuse_unknown(options, known=("weights",))
+    return LoneDetector(_weights(options))
+
+
+LOCALIZERS: Mapping[str, Callable[[Options], Agent]] = {
+    "reference": reference_localizer,
+    "thesis": thesis_localizer,
+    "odometry-only": odometry_localizer,
+}
+DETECTORS: Mapping[str, Callable[[Options], PictureDetector]] = {"reference": reference_detector}
+OF_KIND: Mapping[Kind, Mapping[str, Callable[[Options], Agent | PictureDetector]]] = {
+    "driver": BUILT_IN,
+    "localizer": LOCALIZERS,
+    "detector": DETECTORS,
+}
+
+
 def _reference_conduct(mission: Mission, speed_mps: float) -> Conduct[Any]:
-    """Return who looks about and obeys; where panels only start and end a run, who drives it all from the arrow on."""
-    if {"orders", "vertical_signs"} & set(mission.elements) or mission.parking:
+    """Return who looks about and obeys; on an empty road whose panels only start and end a run, who drives it all from
+    the arrow on.
+    """
+    if {"orders", "vertical_signs", "boxes", "works"} & set(mission.elements) or mission.parking:
         return OrdersPilot(mission=mission, speed_mps=speed_mps)
     return AfterArrow(pilot=LinePilot(mission=mission, speed_mps=speed_mps))
 
@@ -122,10 +170,20 @@ def _driver(options: Options, layers: Layers, pilot: Callable[..., Pilot[Any]], 
 
 def _detect(options: Options) -> Detect:
     # torch takes seconds to import; agents without a detector do not pay for it.
-    from adc_bench.detector import Detector, shipped_weights
+    from adc_bench.detector import Detector
+
+    return Detector.load(_weights(options))
+
+
+def _weights(options: Options) -> Path:
+    from adc_bench.detector import shipped_weights
 
     weights = options.get("weights")
-    return Detector.load(Path(weights) if weights else shipped_weights())
+    return Path(weights) if weights else shipped_weights()
+
+
+def _blind(rgb: NDArray[np.uint8]) -> Detections:
+    raise AssertionError("dead reckoning looks at no picture")
 
 
 def _without_layer(found: str) -> UsageError:

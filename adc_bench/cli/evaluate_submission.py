@@ -1,24 +1,21 @@
-"""`adc-bench evaluate submission` and `adc-bench rescore`: a driver's score on a suite."""
+"""`adc-bench evaluate submission` and `adc-bench rescore`: a submission's score on a suite."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from adc_bench.cli.progress import progress_bar
+from adc_bench.cli.result_text import print_result
 from adc_bench.errors import UsageError
-
-if TYPE_CHECKING:
-    from adc_bench.evaluate.results import Result
 
 Engine = Literal["local", "ray"]
 Privilege = Literal["pose", "detections"]
-SHOWN = ("driving_score", "points", "completion", "lap_time_s", "position_rmse_m", "dead_reckoning_rmse_m")
 AsJson = Annotated[bool, typer.Option("--json", help="Print result.json.")]
 
 
 def submission(
-    submission: Annotated[str, typer.Argument(help="A folder with submission.toml, or a built-in driver's name.")],
+    submission: Annotated[str, typer.Argument(help="A folder with submission.toml, or a built-in one's name.")],
     suite: Annotated[str, typer.Option(help="A suite's name (splits/suites/NAME.toml) or the path of its file.")],
     out: Annotated[Path, typer.Option(help="The result folder; run again on it to resume.")],
     episodes: Annotated[int | None, typer.Option(min=1, help="Only the suite's first K runs.")] = None,
@@ -37,10 +34,10 @@ def submission(
     salt_file: Annotated[
         Path | None, typer.Option(help="The secret of a hidden suite; or ADC_BENCH_SALT in the environment.")
     ] = None,
-    options: Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE handed to the driver.")] = None,
+    options: Annotated[list[str] | None, typer.Option("--set", help="KEY=VALUE handed to the submission.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Drive a submission on a suite and score it; what the result folder already holds is kept."""
+    """Do a suite with a submission of its kind and score it; what the result folder already holds is kept."""
     chosen = parse_options(options or [])
     from adc_bench.evaluate.run import evaluate_submission
     from adc_bench.evaluate.submission import load_submission
@@ -48,9 +45,9 @@ def submission(
     from adc_bench.world.salt import load_salt
 
     loaded_suite = load_suite(suite)
-    loaded = load_submission(submission, chosen, privileged)
+    loaded = load_submission(submission, chosen, privileged, loaded_suite.kind)
     tell_isolation("--privileged" if privileged else "--in-process" if in_process else None)
-    with progress_bar("driving", min(episodes or len(loaded_suite.seeds), len(loaded_suite.seeds))) as tell:
+    with progress_bar("running", min(episodes or len(loaded_suite.seeds), len(loaded_suite.seeds))) as tell:
         result = evaluate_submission(
             loaded,
             loaded_suite,
@@ -63,7 +60,7 @@ def submission(
             salt=load_salt(salt_file),
             tell=tell,
         )
-    _print_result(result, out, as_json)
+    print_result(result, out, as_json)
 
 
 def tell_isolation(forgone_by: str | None) -> None:
@@ -82,7 +79,7 @@ def rescore(
     """Score a result folder again from its logs, without simulating."""
     from adc_bench.evaluate.run import rescore as score_again
 
-    _print_result(score_again(out), out, as_json)
+    print_result(score_again(out), out, as_json)
 
 
 def parse_options(texts: list[str]) -> dict[str, str]:
@@ -103,23 +100,3 @@ def parse_options(texts: list[str]) -> dict[str, str]:
             )
         options[key] = value
     return options
-
-
-def _print_result(result: "Result", out: Path, as_json: bool) -> None:
-    if as_json:
-        from adc_bench.evaluate.results import to_json
-
-        typer.echo(to_json(result).decode(), nl=False)
-        return
-    typer.echo(f"{out}: {result.submission.name} on {result.suite}, {result.completed} of {result.planned} runs")
-    for run in result.episodes:
-        laps = ", ".join(f"{lap_s:.2f} s" for lap_s in run.laps_s) or "no lap"
-        place = f"{run.localization.position_rmse_m:.3f} m" if run.localization else "no estimate"
-        typer.echo(
-            f"  {run.scenario}: {run.status} ({run.reason}), {laps}, completion {run.completion:.3f}, "
-            f"position RMSE {place}, {run.driving.line_touches} line touches, {len(run.collisions)} collisions"
-        )
-    for name in SHOWN:
-        if figure := result.summary.get(name):
-            low, high = figure.ci95
-            typer.echo(f"  {name + ':':<24}{figure.mean:.3f} [{low:.3f}, {high:.3f}] {figure.unit}")

@@ -22,7 +22,11 @@ def add(
     from adc_bench import leaderboard
 
     entry = leaderboard.add(result, board, unranked=unranked)
-    typer.echo(f"{board / 'entries' / entry.name}.json: {entry.result.summary['points'].mean:.1f} points")
+    from adc_bench.evaluate.summary import RANKED_BY
+
+    name = RANKED_BY[entry.result.submission.kind][0]
+    figure = entry.result.summary.get(name)
+    typer.echo(f"{board / 'entries' / entry.name}.json: {name} {f'{figure.mean:.4g}' if figure else 'unknown'}")
 
 
 @app.command()

@@ -13,8 +13,10 @@ from adc_bench import __version__
 from adc_bench.cli.dataset import app as dataset
 from adc_bench.cli.doctor import doctor
 from adc_bench.cli.evaluate_detector import detector as evaluate_detector
+from adc_bench.cli.evaluate_localization import localization as evaluate_localization
 from adc_bench.cli.evaluate_submission import rescore
 from adc_bench.cli.evaluate_submission import submission as evaluate_submission
+from adc_bench.cli.hide import hide
 from adc_bench.cli.leaderboard import app as leaderboard
 from adc_bench.cli.render import render
 from adc_bench.cli.reproduce import app as reproduce
@@ -31,7 +33,10 @@ app = typer.Typer(
     add_completion=False,
 )
 evaluate = typer.Typer(
-    help="Score a detector or a driver.", no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False
+    help="Score a driver, a localiser or a detector.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
 )
 
 LACKS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS})
@@ -60,7 +65,9 @@ app.add_typer(dataset, name="dataset")
 app.command("train-detector")(train_detector)
 app.add_typer(evaluate, name="evaluate")
 evaluate.command("detector")(evaluate_detector)
+evaluate.command("localization")(evaluate_localization)
 evaluate.command("submission")(evaluate_submission)
+app.command()(hide)
 app.command()(validate)
 app.command()(rescore)
 app.add_typer(leaderboard, name="leaderboard")

@@ -6,6 +6,7 @@ import msgspec
 
 from adc_bench.dataset.drive_recipe import DriveRecipe
 from adc_bench.world.course import CourseName
+from adc_bench.world.layout import Layout
 from adc_bench.world.look import ARTWORKS, FLOOR_TEXTURES, LIGHT_SETS, WALL_TEXTURES, LookFamily
 from adc_bench.world.records import find_record, load_record
 from adc_bench.world.robot import RobotName
@@ -80,10 +81,17 @@ def load_split(name_or_path: str) -> Split:
         InputError: it is unknown, its file is broken, or one of its layouts is.
     """
     split = load_record(find_record(name_or_path, "splits"), Split)
-    for name in split.layouts:
-        if name not in RANDOM_LAYOUTS:
-            load_layout(name)
+    named_layouts(split)
     return split
+
+
+def named_layouts(split: Split) -> list[Layout]:
+    """Return the layouts that a split names, those that are drawn left out.
+
+    Raises:
+        InputError: one is unknown, or its file is broken.
+    """
+    return [load_layout(name) for name in sorted(split.layouts) if name not in RANDOM_LAYOUTS]
 
 
 def _check_known(key: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:

@@ -1,25 +1,30 @@
 """The submission as the episode loop sees it, wherever it runs."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
 import msgspec
 
-from adc_bench.api import Command, Mission
+from adc_bench.api import Command, Detection, Kind, Mission
 from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.limits import Limits
+from adc_bench.evaluate.protocol import AnswerMessage, CommandMessage
 from adc_bench.evaluate.sensed import Sensed
 
 # How far the submission was kept from the rest: in a sandbox; in a process with limits only; in the loop's own process.
 Isolation = Literal["bubblewrap", "none", "in-process"]
+Answer = Command | tuple[Detection, ...]
 
 
 class Load(msgspec.Struct, frozen=True, kw_only=True):
-    """What to start: `entry` is module:factory in `folder`, or without a folder a built-in driver's name; or, in place
-    of an entry, a `command` with its arguments. `sha256` is the digest that the folder's files must have.
+    """What to start, and what kind of submission it is: `entry` is module:factory in `folder`, or without a folder a
+    built-in one's name; or, in place of an entry, a `command` with its arguments. `sha256` is the digest that the
+    folder's files must have.
     """
 
+    kind: Kind
     folder: str | None
     entry: str = ""
     command: tuple[str, ...] = ()
@@ -42,9 +47,9 @@ class AgentFailedError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class Answered:
-    """A command that can be carried out, and the wall time from the observation's going to its coming."""
+    """An answer that can be worked with, and the wall time from the observation's going to its coming."""
 
-    command: Command
+    answer: Answer
     compute_s: float
 
 
@@ -65,20 +70,42 @@ class AgentSide(Protocol):
         ...
 
     def answer(self) -> Answered:
-        """Wait for the command to the last observation; raise AgentFailedError if none comes, or one that is none."""
+        """Wait for the answer to the last observation; raise AgentFailedError if none comes, or one that is none."""
         ...
 
 
-def sound(command: Command, limits: Limits) -> Command:
-    """Return a command if its figures can be worked with.
+def content(message: AnswerMessage) -> Answer:
+    """Return the answer that a message holds."""
+    return message.command if isinstance(message, CommandMessage) else message.detections
+
+
+def sound(answer: Answer, limits: Limits) -> Answer:
+    """Return an answer if its figures can be worked with.
 
     Raises:
-        AgentFailedError: one is not finite, or too large.
+        AgentFailedError: one is not finite or too large, a score is no share, or there are too many detections.
     """
+    if isinstance(answer, Command):
+        _check_figures(answer, _command_figures(answer), limits)
+        return answer
+    if len(answer) > limits.detections:
+        found = f"{len(answer)} detections on one picture; at most {limits.detections} are taken"
+        raise AgentFailedError(Ending(reason=Reason.OUT_OF_RANGE, detail=found))
+    for detection in answer:
+        corners = (figure for corner in detection.corners_px or () for figure in corner)
+        _check_figures(detection, (detection.score, *detection.box_px, *corners), limits)
+        if not 0.0 <= detection.score <= 1.0:
+            raise AgentFailedError(Ending(reason=Reason.OUT_OF_RANGE, detail=f"{detection}"))
+    return answer
+
+
+def _command_figures(command: Command) -> tuple[float, ...]:
     pose = msgspec.structs.astuple(command.pose_world_robot)
-    figures = (command.v_mps, command.omega_radps, *pose, *(command.covariance or ()))
+    return (command.v_mps, command.omega_radps, *pose, *(command.covariance or ()))
+
+
+def _check_figures(answer: Command | Detection, figures: Sequence[float], limits: Limits) -> None:
     if not all(math.isfinite(figure) for figure in figures):
-        raise AgentFailedError(Ending(reason=Reason.NOT_FINITE, detail=f"{command}"))
+        raise AgentFailedError(Ending(reason=Reason.NOT_FINITE, detail=f"{answer}"))
     if any(abs(figure) > limits.largest_figure for figure in figures):
-        raise AgentFailedError(Ending(reason=Reason.OUT_OF_RANGE, detail=f"{command}"))
-    return command
+        raise AgentFailedError(Ending(reason=Reason.OUT_OF_RANGE, detail=f"{answer}"))

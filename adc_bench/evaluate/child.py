@@ -1,4 +1,4 @@
-"""The process a Python submission lives in: started fresh, it speaks the protocol for an agent.
+"""The process a Python submission lives in: started fresh, it speaks the protocol for an agent or a detector.
 
 `python -m adc_bench.evaluate.child LOAD`; LOAD is JSON. What the submission prints goes to standard output as usual.
 """
@@ -11,10 +11,11 @@ from pathlib import Path
 import cv2
 import msgspec
 
-from adc_bench.api import Agent
+from adc_bench.api import Kind
 from adc_bench.evaluate.agent_side import Load
-from adc_bench.evaluate.loading import fault_of, load_agent
+from adc_bench.evaluate.loading import Loaded, asked, fault_of, load_agent
 from adc_bench.evaluate.protocol import (
+    NOT_AN_ANSWER,
     VERSION,
     Fault,
     Hello,
@@ -22,7 +23,7 @@ from adc_bench.evaluate.protocol import (
     ObservationMessage,
     Order,
     Ready,
-    command_message,
+    answer_message,
 )
 from adc_bench.evaluate.sensed import observation_in
 from adc_bench.evaluate.shelf import ReadShelf
@@ -33,37 +34,37 @@ PICTURES = "ADC_BENCH_PICTURES"
 
 
 def main() -> None:
-    """Serve one agent until the other end closes, or a fault is told."""
+    """Serve one submission until the other end closes, or a fault is told."""
     cv2.setNumThreads(1)
     end = socket.socket(socket.AF_UNIX)
     end.connect(os.environ[SOCKET])
-    channel, folder = Channel(end), Path.cwd()
+    channel, folder, load = Channel(end), Path.cwd(), msgspec.json.decode(sys.argv[1], type=Load)
     try:
-        agent = load_agent(msgspec.json.decode(sys.argv[1], type=Load), folder)
+        agent = load_agent(load, folder)
         channel.send(Hello(protocol=VERSION))
-        _serve(channel, agent, ReadShelf(Path(os.environ[PICTURES])))
+        _serve(channel, load.kind, agent, ReadShelf(Path(os.environ[PICTURES])))
     except ClosedError:
         return
     except Exception as error:  # whatever a submission raises is its own fault, told and scored
-        channel.send(fault_of(error, folder))
+        channel.send(fault_of(error, load, folder))
 
 
-def _serve(channel: Channel, agent: Agent, shelf: ReadShelf) -> None:
+def _serve(channel: Channel, kind: Kind, agent: Loaded, shelf: ReadShelf) -> None:
     while True:
         order: Order = channel.receive(Order)
         if isinstance(order, MissionMessage):
             agent.start(order.mission)
             channel.send(Ready())
         else:
-            _step(channel, agent, order, shelf)
+            _step(channel, kind, agent, order, shelf)
 
 
-def _step(channel: Channel, agent: Agent, order: ObservationMessage, shelf: ReadShelf) -> None:
-    command = agent.step(observation_in(order, shelf))
+def _step(channel: Channel, kind: Kind, agent: Loaded, order: ObservationMessage, shelf: ReadShelf) -> None:
+    answer = asked(kind, agent, observation_in(order, shelf))
     try:
-        channel.send(command_message(order.step, command))
+        channel.send(answer_message(kind, order.step, answer))
     except TypeError as error:
-        channel.send(Fault(kind="not-a-command", found=str(error)))
+        channel.send(Fault(kind=NOT_AN_ANSWER[kind], found=str(error)))
 
 
 if __name__ == "__main__":

@@ -3,36 +3,37 @@
 import socket
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib.metadata import version
+from typing import Any
 
 import msgspec
 
 from adc_bench import __version__
 from adc_bench.errors import MachineError, UsageError
-from adc_bench.evaluate.agent_side import Load
-from adc_bench.evaluate.ending import STATUS_OF
-from adc_bench.evaluate.episode import Driven, Plan, drive
+from adc_bench.evaluate.agent_side import AgentSide, Load
+from adc_bench.evaluate.ending import FAILED, STATUS_OF
+from adc_bench.evaluate.episode import Plan, drive, process_renderer
 from adc_bench.evaluate.in_process import InProcessAgent
 from adc_bench.evaluate.isolation import AgentProcess
 from adc_bench.evaluate.log import log_bytes
+from adc_bench.evaluate.plans import AnyPlan
 from adc_bench.evaluate.privileged import PrivilegedAgent
+from adc_bench.evaluate.replay import replay
 from adc_bench.evaluate.results import EpisodeTiming, episode_timing
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.sensed import Sensed
+from adc_bench.evaluate.trace import Driven
 from adc_bench.evaluate.witness import Witness
-from adc_bench.render import ArenaRenderer
-from adc_bench.world.sensors import SensorRig
+from adc_bench.generate.plan import ShardTask, plan_renderer
 
 PACKAGES = ("sapien", "numpy", "scipy", "opencv-python-headless", "torch")
-OF_THE_SUBMISSION = ("agent-failed", "invalid")
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunTask:
-    """A run to be driven; `in_process` for a Python submission in the worker's own process."""
+    """A run to be done; `in_process` for a Python submission in the worker's own process."""
 
-    plan: Plan
+    plan: AnyPlan
     in_process: bool
 
 
@@ -47,26 +48,41 @@ class RunFiles:
     failure: dict[str, bytes]
 
 
-def drive_task(task: RunTask) -> RunFiles:
-    """Drive a run.
+def run_task(task: RunTask) -> RunFiles:
+    """Do a run: a drive, or one over a recording.
 
     Raises:
         MachineError: this machine cannot render, or has other software than where the run was planned.
     """
     plan = task.plan
-    renderer = process_renderer(plan.scenario.rig)
-    _check_software(plan.header.run.software, software(renderer.device_name))
+    _check_software(plan.header.run.software, software(_renderer_name(plan)))
     privileged = plan.header.run.submission.privileged
     witness = Witness(privileged) if privileged else None
     with agent_side(plan.load, plan.rules, in_process=task.in_process, witness=witness) as agent:
-        driven = drive(plan, renderer, agent, witness)
+        driven = driven_by(plan, agent, witness)
     return RunFiles(
         scenario=plan.header.scenario,
         log=log_bytes(plan.header, driven.rows, driven.ending),
         printed=agent.printed,
-        timing=episode_timing(driven.wall_s, driven.rows[-1].time_s, driven.compute_s, agent.isolation),
+        timing=episode_timing(driven.wall_s, driven.sim_time_s, driven.compute_s, agent.isolation),
         failure=_failure(driven),
     )
+
+
+def _renderer_name(plan: AnyPlan) -> str:
+    """Return what this machine renders the run's pictures with; those at hand are rendered already."""
+    if isinstance(plan, Plan):
+        return process_renderer(plan.scenario.rig).device_name
+    if isinstance(plan.source, ShardTask):
+        return plan_renderer(plan.source.plan).device_name
+    return plan.header.run.software["renderer"]
+
+
+def driven_by(plan: AnyPlan, agent: AgentSide, witness: Witness | None = None) -> Driven[Any]:
+    """Return the run that a submission makes of a plan."""
+    if isinstance(plan, Plan):
+        return drive(plan, process_renderer(plan.scenario.rig), agent, witness)
+    return replay(plan, agent)
 
 
 def agent_side(
@@ -91,12 +107,6 @@ def agent_side(
     return InProcessAgent(load, rules.limits)
 
 
-@lru_cache(maxsize=1)
-def process_renderer(rig: SensorRig) -> ArenaRenderer:
-    """Return this process' renderer: starting one is dear, so it is kept from run to run."""
-    return ArenaRenderer(rig)
-
-
 def software(renderer_name: str) -> dict[str, str]:
     """Return the versions that a run's bytes depend on."""
     return {"adc_bench": __version__, "renderer": renderer_name, **{name: version(name) for name in PACKAGES}}
@@ -113,10 +123,10 @@ def _check_software(wanted: dict[str, str], here: dict[str, str]) -> None:
             )
 
 
-def _failure(driven: Driven) -> dict[str, bytes]:
+def _failure(driven: Driven[Any]) -> dict[str, bytes]:
     """Return what the submission was given last, for one that failed: its pictures, and the rest as JSON."""
     last = driven.last_asked
-    if STATUS_OF[driven.ending.reason] not in OF_THE_SUBMISSION or last is None:
+    if STATUS_OF[driven.ending.reason] not in FAILED or last is None:
         return {}
     pictures = {f"{name}.jpg": jpeg for name, (_, jpeg) in last.pictures.items()}
     return {"observation.json": _as_json(last), **pictures}

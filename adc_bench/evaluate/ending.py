@@ -7,6 +7,7 @@ from typing import Literal
 import msgspec
 
 Status = Literal["success", "timeout", "agent-failed", "invalid", "simulator-error", "host-error", "aborted"]
+FAILED: tuple[Status, ...] = ("agent-failed", "invalid")  # the submission broke as a program
 
 
 class Reason(StrEnum):
@@ -25,6 +26,7 @@ class Reason(StrEnum):
     MEMORY = "memory"
     DIED = "died"
     NOT_A_COMMAND = "not-a-command"
+    NOT_DETECTIONS = "not-detections"
     NOT_FINITE = "not-finite"
     OUT_OF_RANGE = "out-of-range"
     BAD_MESSAGE = "bad-message"
@@ -50,6 +52,7 @@ STATUS_OF: Mapping[Reason, Status] = {
     Reason.MEMORY: "agent-failed",
     Reason.DIED: "agent-failed",
     Reason.NOT_A_COMMAND: "invalid",
+    Reason.NOT_DETECTIONS: "invalid",
     Reason.NOT_FINITE: "invalid",
     Reason.OUT_OF_RANGE: "invalid",
     Reason.BAD_MESSAGE: "invalid",

@@ -1,24 +1,23 @@
 """One run: the loop that owns time, with the simulator and the submission's process side by side."""
 
 import math
-import time
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 
 import msgspec
 
-from adc_bench.api import Mission, SeenObject
-from adc_bench.errors import AdcBenchError, InputError
-from adc_bench.evaluate.agent_side import AgentFailedError, AgentSide, Load
+from adc_bench.api import Command, Mission, SeenObject
+from adc_bench.evaluate.agent_side import AgentSide, Load
 from adc_bench.evaluate.course_progress import Moment
 from adc_bench.evaluate.ending import Ending, Reason
-from adc_bench.evaluate.loading import told
-from adc_bench.evaluate.log import Drive, Encoders, Header, Hit, Row
+from adc_bench.evaluate.log import Drive, Header, Hit, Row
+from adc_bench.evaluate.recorded_log import Encoders
 from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.referee_watch import Watch
 from adc_bench.evaluate.rules import Rules
-from adc_bench.evaluate.sandbox import PACKAGE
 from adc_bench.evaluate.sensed import Sensed
+from adc_bench.evaluate.trace import Driven, Trace, to_its_end, wait_loaded
 from adc_bench.evaluate.witness import Truth, Witness
 from adc_bench.geometry import Pose3
 from adc_bench.render import ArenaRenderer
@@ -26,6 +25,7 @@ from adc_bench.sim import Delivery, Simulation
 from adc_bench.world.frame import Label
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
+from adc_bench.world.sensors import SensorRig
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,19 +37,6 @@ class Plan:
     mission: Mission
     load: Load
     rules: Rules
-
-
-@dataclass(frozen=True, kw_only=True)
-class Driven:
-    """What a run left behind: its rows and ending, the loop's wall time, the agent's times by step, and the last
-    observation that it was given.
-    """
-
-    rows: tuple[Row, ...]
-    ending: Ending
-    wall_s: float
-    compute_s: tuple[float, ...]
-    last_asked: Sensed | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,38 +52,7 @@ class Shot:
     labels: tuple[Label, ...]
 
 
-class Trace:
-    """What a run has left behind so far: it is there however the run ends."""
-
-    def __init__(self, plan: Plan) -> None:
-        self.rows: list[Row] = []  # those that have been answered
-        self.compute_s: list[float] = []
-        self.begun_s = time.perf_counter()
-        self.asked: Sensed | None = None
-        self.row = Row(  # the one that has not
-            step=0,
-            time_s=0.0,
-            truth=plan.header.start_pose,
-            v_mps=0.0,
-            omega_radps=0.0,
-            panel="stop",
-            encoders=Encoders(time_s=(), left_ticks=(), right_ticks=()),
-            hits=(),
-            answer=None,
-        )
-
-    def driven(self, ending: Ending) -> Driven:
-        """Return the run as it ended now."""
-        return Driven(
-            rows=(*self.rows, self.row),
-            ending=ending,
-            wall_s=time.perf_counter() - self.begun_s,
-            compute_s=tuple(self.compute_s),
-            last_asked=self.asked,
-        )
-
-
-def drive(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, witness: Witness | None = None) -> Driven:
+def drive(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, witness: Witness | None = None) -> Driven[Row]:
     """Drive one run; whatever goes wrong in it ends it and nothing else, and its ending says what.
 
     A witness hears the truth of every observation before the agent is asked.
@@ -104,29 +60,39 @@ def drive(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, witness: Witnes
     Raises:
         AdcBenchError: this machine cannot render.
     """
-    trace = Trace(plan)
-    try:
-        ending = _ending(plan, renderer, agent, trace, witness)
-    except AdcBenchError:
-        raise
-    except AgentFailedError as failure:
-        ending = failure.ending
-    except (OSError, MemoryError) as error:
-        ending = Ending(reason=Reason.HOST, detail=told(error, PACKAGE.parent))
-    except Exception as error:  # the simulator's fault must not cost the suite's other runs
-        ending = Ending(reason=Reason.SIMULATOR, detail=told(error, PACKAGE.parent))
-    return trace.driven(ending)
+    trace: Trace[Row] = Trace()
+    trace.unanswered = (_before(plan),)
+    return to_its_end(trace, lambda: _ending(plan, renderer, agent, trace, witness))
 
 
-def _ending(plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace, witness: Witness | None) -> Ending:
+def _before(plan: Plan) -> Row:
+    """Return the row of a run that has not begun."""
+    return Row(
+        step=0,
+        time_s=0.0,
+        truth=plan.header.start_pose,
+        v_mps=0.0,
+        omega_radps=0.0,
+        panel="stop",
+        encoders=Encoders(time_s=(), left_ticks=(), right_ticks=()),
+        hits=(),
+        answer=None,
+    )
+
+
+def _ending(
+    plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace[Row], witness: Witness | None
+) -> Ending:
     renderer.load(plan.scenario)
     run = _Run(plan, renderer, agent, trace, witness)
-    try:
-        agent.wait_loaded()
-    except InputError as error:  # it did load before the first run
-        return Ending(reason=Reason.LOAD_FAILED, detail=error.found)
-    trace.begun_s = time.perf_counter()
+    wait_loaded(trace, agent)
     return run.to_its_end()
+
+
+@lru_cache(maxsize=1)
+def process_renderer(rig: SensorRig) -> ArenaRenderer:
+    """Return this process' renderer: starting one is dear, so it is kept from run to run."""
+    return ArenaRenderer(rig)
 
 
 class _Run:
@@ -136,7 +102,7 @@ class _Run:
     """
 
     def __init__(
-        self, plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace, witness: Witness | None
+        self, plan: Plan, renderer: ArenaRenderer, agent: AgentSide, trace: Trace[Row], witness: Witness | None
     ) -> None:
         self._plan, self._renderer, self._agent, self._trace = plan, renderer, agent, trace
         self._witness = witness
@@ -152,7 +118,8 @@ class _Run:
     def to_its_end(self) -> Ending:
         trace = self._trace
         watch = self._referee.begin(self._simulation.state().pose_world_robot)
-        trace.row, sensed = self._observe(watch)
+        row, sensed = self._observe(watch)
+        trace.unanswered = (row,)
         self._agent.start(self._plan.mission)
         while (reason := self._referee.end(watch)) is None:
             trace.asked = sensed
@@ -161,9 +128,9 @@ class _Run:
             if not self._is_sound():
                 return Ending(reason=Reason.PHYSICS)
             watch = self._referee.step(watch, self._moment())
-            row, sensed = self._observe(watch)
-            trace.rows.append(msgspec.structs.replace(trace.row, answer=self._answer()))
-            trace.row = row
+            before, (row, sensed) = row, self._observe(watch)
+            trace.rows.append(msgspec.structs.replace(before, answer=self._answer()))
+            trace.unanswered = (row,)
         return Ending(reason=reason)
 
     def _moment(self) -> Moment:
@@ -239,7 +206,8 @@ class _Run:
         """Take the agent's answer to the observation before, queue its command, and return it for the log."""
         answer = self._agent.answer()
         self._trace.compute_s.append(answer.compute_s)
-        command = answer.command
+        command = answer.answer
+        assert isinstance(command, Command)
         estimate = command.pose_world_robot
         self._commands.append((command.v_mps, command.omega_radps))
         return Drive(

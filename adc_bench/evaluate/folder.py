@@ -10,8 +10,9 @@ import msgspec
 
 from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
-from adc_bench.evaluate.log import EpisodeLog, Header, RunId, damaged, read_log
+from adc_bench.evaluate.log import AnyHeader, AnyLog, read_header, read_log
 from adc_bench.evaluate.results import EpisodeTiming, Result, Timing
+from adc_bench.evaluate.run_header import RunId
 
 FILES = ("result.json", "timing.json", "paths.png")
 SAME_RUN = "runs of one submission on one suite, with one version of everything"
@@ -46,7 +47,7 @@ class ResultFolder:
         if overwrite:
             self._clear()
         for path in self.episode_paths():
-            header = first_line(path)
+            header = read_header(path)
             if header.run != run:
                 differing = [key for key in RunId.__struct_fields__ if getattr(header.run, key) != getattr(run, key)]
                 found = f"the runs of another {' and '.join(differing)}"
@@ -77,7 +78,7 @@ class ResultFolder:
             folder.mkdir(exist_ok=True)
             write_file(folder / name, content)
 
-    def has(self, header: Header) -> bool:
+    def has(self, header: AnyHeader) -> bool:
         """Return whether this very run is there; one that this machine failed (host-error) counts as missing.
 
         Raises:
@@ -89,7 +90,7 @@ class ResultFolder:
         log = read_log(path)
         return log.header == header and log.ending.status != "host-error"
 
-    def logs(self, scenarios: Sequence[str]) -> list[EpisodeLog]:
+    def logs(self, scenarios: Sequence[str]) -> list[AnyLog]:
         """Return the logs of those scenarios that are there.
 
         Raises:
@@ -121,19 +122,6 @@ class ResultFolder:
             return msgspec.json.decode(self.timing_path.read_bytes(), type=Timing).episodes
         except (OSError, msgspec.DecodeError):
             return {}
-
-
-def first_line(path: Path) -> Header:
-    """Return a log's header.
-
-    Raises:
-        InputError: its first line is none.
-    """
-    with path.open("rb") as file:
-        try:
-            return msgspec.json.decode(file.readline(), type=Header)
-        except msgspec.DecodeError as error:
-            raise damaged(path, f"line 1: {error}") from None
 
 
 def _misplaced(path: Path, found: str, wanted: str) -> InputError:

@@ -8,13 +8,13 @@ from types import TracebackType
 
 import cv2
 
-from adc_bench.api import Agent, Mission
+from adc_bench.api import Mission
 from adc_bench.errors import AdcBenchError, InputError
-from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load, sound
+from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load, content, sound
 from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.limits import Limits
-from adc_bench.evaluate.loading import fault_of, load_agent, told
-from adc_bench.evaluate.protocol import CommandMessage, command_message
+from adc_bench.evaluate.loading import Loaded, asked, fault_of, load_agent, told
+from adc_bench.evaluate.protocol import ANSWER, NOT_AN_ANSWER, AnswerMessage, answer_message
 from adc_bench.evaluate.sensed import Sensed, observation_of
 from adc_bench.evaluate.wire import ShapeError, decoded, encoded
 
@@ -25,7 +25,7 @@ class InProcessAgent:
     isolation: Isolation = "in-process"
     printed = b""
 
-    def __init__(self, load: Load, limits: Limits, make: Callable[[Load, Path], Agent] = load_agent) -> None:
+    def __init__(self, load: Load, limits: Limits, make: Callable[[Load, Path], Loaded] = load_agent) -> None:
         self._load, self._limits, self._folder, self._make = load, limits, Path(load.folder or "/"), make
 
     def __enter__(self) -> "InProcessAgent":
@@ -52,7 +52,7 @@ class InProcessAgent:
         except AdcBenchError as error:
             raise InputError(where=error.where, found=error.found, wanted=error.wanted, todo=error.todo) from None
         except Exception as error:
-            where, fault = f"submission entry {self._load.name}", fault_of(error, self._folder)
+            where, fault = f"submission entry {self._load.name}", fault_of(error, self._load, self._folder)
             raise InputError(where=where, found=fault.found, wanted=fault.wanted, todo=fault.todo) from None
 
     def start(self, mission: Mission) -> None:
@@ -67,19 +67,20 @@ class InProcessAgent:
         self._sensed = sensed
 
     def answer(self) -> Answered:
-        """Call `step`; raise AgentFailedError if it raises or returns no command."""
-        observation = observation_of(self._sensed)
+        """Call `step` or `detect`; raise AgentFailedError if it raises or returns what is no answer."""
+        kind, observation = self._load.kind, observation_of(self._sensed)
         begun_s = time.perf_counter()
         try:
-            command = self._agent.step(observation)
+            answer = asked(kind, self._agent, observation)
         except Exception as error:
             raise self._failed(Reason.STEP_RAISED, error) from None
         took_s = time.perf_counter() - begun_s
         try:
-            message: CommandMessage = decoded(encoded(command_message(observation.step, command)), CommandMessage)
+            body = encoded(answer_message(kind, observation.step, answer))
+            message: AnswerMessage = decoded(body, ANSWER[kind])
         except (TypeError, ShapeError) as error:
-            raise AgentFailedError(Ending(reason=Reason.NOT_A_COMMAND, detail=str(error))) from None
-        return Answered(command=sound(message.command, self._limits), compute_s=took_s)
+            raise AgentFailedError(Ending(reason=Reason(NOT_AN_ANSWER[kind]), detail=str(error))) from None
+        return Answered(answer=sound(content(message), self._limits), compute_s=took_s)
 
     def _failed(self, reason: Reason, error: Exception) -> AgentFailedError:
         return AgentFailedError(Ending(reason=reason, detail=told(error, self._folder)))

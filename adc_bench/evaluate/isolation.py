@@ -7,14 +7,16 @@ import msgspec
 
 from adc_bench.api import Mission
 from adc_bench.errors import InputError
-from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load, sound
+from adc_bench.evaluate.agent_side import AgentFailedError, Answered, Isolation, Load, content, sound
 from adc_bench.evaluate.arrival import ArrivalClock
 from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.launch import Launched
 from adc_bench.evaluate.limits import Limits
 from adc_bench.evaluate.protocol import (
+    ANSWER,
+    NOT_AN_ANSWER,
     VERSION,
-    CommandMessage,
+    AnswerMessage,
     Fault,
     Hello,
     MissionMessage,
@@ -136,20 +138,22 @@ class AgentProcess:
         self._send(message)
 
     def answer(self) -> Answered:
-        """Wait for the command to the last observation; the budget counts from now.
+        """Wait for the answer to the last observation; the budget counts from now.
 
         Raises:
-            AgentFailedError: the submission gave up, took too long, died, or answered with what is no command.
+            AgentFailedError: the submission gave up, took too long, died, or answered with what is no answer.
         """
+        kind = self._load.kind
         reply = self._receive(self._limits.step_s, Reason.STEP_TIMEOUT, Reason.STEP_RAISED)
         took_s = self._took_s()
         self._thought_s += took_s
-        if not isinstance(reply, CommandMessage) or reply.step != self._step:
-            found = f"a command for step {reply.step}" if isinstance(reply, CommandMessage) else f"a {kind_of(reply)}"
-            raise _failed(Reason.OUT_OF_TURN, f"{found} where the command for step {self._step} was due")
+        if not isinstance(reply, AnswerMessage) or not isinstance(reply, ANSWER[kind]) or reply.step != self._step:
+            which = f" for step {reply.step}" if isinstance(reply, AnswerMessage) else ""
+            due = f"the {ANSWER[kind].__struct_config__.tag} for step {self._step} was due"
+            raise _failed(Reason.OUT_OF_TURN, f"a {kind_of(reply)}{which} where {due}")
         if self._thought_s > self._limits.total_s:
             raise _failed(Reason.TOTAL_TIMEOUT, f"thought for more than {self._limits.total_s:g} s in all")
-        return Answered(command=sound(reply.command, self._limits), compute_s=took_s)
+        return Answered(answer=sound(content(reply), self._limits), compute_s=took_s)
 
     def _took_s(self) -> float:
         arrived_s, now_s = self._clock.last_s, time.perf_counter()
@@ -164,7 +168,7 @@ class AgentProcess:
         except TimeoutError:
             raise _failed(Reason.STEP_TIMEOUT, f"took no message within {self._limits.step_s:g} s") from None
 
-    def _receive(self, budget_s: float, too_late: Reason, raised: Reason) -> Hello | Ready | CommandMessage:
+    def _receive(self, budget_s: float, too_late: Reason, raised: Reason) -> Hello | Ready | AnswerMessage:
         assert self._channel is not None
         try:
             reply: Reply = self._channel.receive(Reply, budget_s)
@@ -173,11 +177,11 @@ class AgentProcess:
         except ClosedError:
             raise AgentFailedError(self._end()) from None
         except ShapeError as error:
-            raise _failed(Reason.NOT_A_COMMAND, str(error)) from None
+            raise _failed(Reason(NOT_AN_ANSWER[self._load.kind]), str(error)) from None
         except MessageError as error:
             raise _failed(Reason.BAD_MESSAGE, str(error)) from None
         if isinstance(reply, Fault):
-            raise _failed(Reason.NOT_A_COMMAND if reply.kind == "not-a-command" else raised, reply.found)
+            raise _failed(raised if reply.kind == "raised" else Reason(reply.kind), reply.found)
         return reply
 
     def _end(self) -> Ending:

@@ -16,4 +16,5 @@ class Limits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     tmp_bytes: int = 256 * 2**20  # /tmp and /dev/shm, each; also the longest file
     printed_bytes: int = 2**20  # what is kept of its output; the rest is counted and dropped
     message_bytes: int = 64 * 2**10  # the longest message that it may send
-    largest_figure: float = 1e6  # in a command; metres, radians, and their squares and rates
+    largest_figure: float = 1e6  # in an answer; metres, radians, pixels, and their squares and rates
+    detections: int = 100  # on one picture

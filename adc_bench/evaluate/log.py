@@ -1,45 +1,38 @@
-"""The log of a run: one JSON line a control step between a header and an ending. Every score is computed from it.
+"""The log of a run: one JSON line an observation between a header and an ending. Every score is computed from it.
 
 Floats are written in their shortest exact form, so that a score from the log equals the score of the drive.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any
 
 import msgspec
 
 from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
 from adc_bench.evaluate.ending import Ending
-from adc_bench.evaluate.submission import SubmissionId
-from adc_bench.evaluate.suite import RulesId, Suite
+from adc_bench.evaluate.recorded_log import (
+    Covariance,
+    DetectionHeader,
+    DetectionRow,
+    Encoders,
+    LocalizationHeader,
+    LocalizationRow,
+)
+from adc_bench.evaluate.run_header import RunHeader
+from adc_bench.evaluate.suite import Suite
 from adc_bench.geometry import Pose2
 from adc_bench.world.categories import PanelSign, SignCategory
 from adc_bench.world.layout import Layout
 from adc_bench.world.look import Look
 from adc_bench.world.signs import VerticalSign
 
-Covariance = tuple[float, float, float, float, float, float, float, float, float]
 
+class Header(RunHeader, frozen=True, kw_only=True, tag="driver"):
+    """The first line of a drive's log: which run this is, with the truths that the score needs."""
 
-class RunId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the runs of one result folder share."""
-
-    schema: Literal["adc-bench-episode-2"] = "adc-bench-episode-2"
-    suite: Suite
-    rules: RulesId
-    submission: SubmissionId
-    software: dict[str, str]
-
-
-class Header(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The first line: which run this is, with the truths that the score needs."""
-
-    run: RunId
-    scenario: str
-    seed: int
     look: Look
     start_pose: Pose2
     start_step: int  # the panels show stop before it, the first order from it on
@@ -48,13 +41,11 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     signs: tuple[VerticalSign, ...]
     wheel_separation_m: float  # the true one
 
-
-class Encoders(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The encoder samples of one observation."""
-
-    time_s: tuple[float, ...]
-    left_ticks: tuple[int, ...]
-    right_ticks: tuple[int, ...]
+    @property
+    def suite(self) -> Suite:
+        """The suite that the run is of."""
+        assert isinstance(self.run.suite, Suite)
+        return self.run.suite
 
 
 class Hit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -90,11 +81,37 @@ class Row(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 class EpisodeLog(msgspec.Struct, frozen=True, kw_only=True):
-    """A whole run."""
+    """A whole drive."""
 
     header: Header
     rows: tuple[Row, ...]
     ending: Ending
+
+
+class LocalizationLog(msgspec.Struct, frozen=True, kw_only=True):
+    """A recorded drive, as a localiser followed it."""
+
+    header: LocalizationHeader
+    rows: tuple[LocalizationRow, ...]
+    ending: Ending
+
+
+class DetectionLog(msgspec.Struct, frozen=True, kw_only=True):
+    """A set of pictures, as a detector saw them."""
+
+    header: DetectionHeader
+    rows: tuple[DetectionRow, ...]
+    ending: Ending
+
+
+AnyHeader = Header | LocalizationHeader | DetectionHeader
+AnyRow = Row | LocalizationRow | DetectionRow
+AnyLog = EpisodeLog | LocalizationLog | DetectionLog
+KINDS: Mapping[type[AnyHeader], tuple[type[AnyRow], type[AnyLog]]] = {
+    Header: (Row, EpisodeLog),
+    LocalizationHeader: (LocalizationRow, LocalizationLog),
+    DetectionHeader: (DetectionRow, DetectionLog),
+}
 
 
 class Seal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -104,19 +121,19 @@ class Seal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     sha256: str
 
 
-def log_bytes(header: Header, rows: Sequence[Row], ending: Ending) -> bytes:
+def log_bytes(header: AnyHeader, rows: Sequence[AnyRow], ending: Ending) -> bytes:
     """Return the file of a finished run."""
     lines = b"".join(msgspec.json.encode(line) + b"\n" for line in (header, *rows))
     seal = Seal(ending=ending, sha256=hashlib.sha256(lines).hexdigest())
     return lines + msgspec.json.encode(seal) + b"\n"
 
 
-def write_log(path: Path, header: Header, rows: Sequence[Row], ending: Ending) -> None:
+def write_log(path: Path, header: AnyHeader, rows: Sequence[AnyRow], ending: Ending) -> None:
     """Write a finished run; nothing is there before it is complete."""
     write_file(path, log_bytes(header, rows, ending))
 
 
-def read_log(path: Path) -> EpisodeLog:
+def read_log(path: Path) -> AnyLog:
     """Return the run in a file.
 
     Raises:
@@ -126,16 +143,36 @@ def read_log(path: Path) -> EpisodeLog:
     lines = whole.splitlines(keepends=True)
     if len(lines) < 2:
         raise damaged(path, "fewer than two lines")
-    kinds = [Header, *[Row] * (len(lines) - 2), Seal]
-    decoded = []
-    for number, (line, kind) in enumerate(zip(lines, kinds, strict=True), start=1):
-        try:
-            decoded.append(msgspec.json.decode(line, type=kind))
-        except msgspec.DecodeError as error:
-            raise damaged(path, f"line {number} of {len(lines)}: {error}") from None
-    if hashlib.sha256(whole[: -len(lines[-1])]).hexdigest() != decoded[-1].sha256:
+    header = _line(path, lines, 1, AnyHeader)
+    row_type, log_type = KINDS[type(header)]
+    rows = tuple(_line(path, lines, number, row_type) for number in range(2, len(lines)))
+    seal = _line(path, lines, len(lines), Seal)
+    if hashlib.sha256(whole[: -len(lines[-1])]).hexdigest() != seal.sha256:
         raise damaged(path, "other lines than were written")
-    return EpisodeLog(header=decoded[0], rows=tuple(decoded[1:-1]), ending=decoded[-1].ending)
+    log: AnyLog = log_type(header=header, rows=rows, ending=seal.ending)
+    return log
+
+
+def read_header(path: Path) -> AnyHeader:
+    """Return the first line of a log.
+
+    Raises:
+        InputError: it is no header.
+    """
+    with path.open("rb") as file:
+        try:
+            header: AnyHeader = msgspec.json.decode(file.readline(), type=AnyHeader)
+        except msgspec.DecodeError as error:
+            raise damaged(path, f"line 1: {error}") from None
+    return header
+
+
+def _line(path: Path, lines: Sequence[bytes], number: int, kind: Any) -> Any:
+    """Return line `number`, from 1."""
+    try:
+        return msgspec.json.decode(lines[number - 1], type=kind)
+    except msgspec.DecodeError as error:
+        raise damaged(path, f"line {number} of {len(lines)}: {error}") from None
 
 
 def damaged(path: Path, found: str) -> InputError:
@@ -143,6 +180,6 @@ def damaged(path: Path, found: str) -> InputError:
     return InputError(
         where=str(path),
         found=f"a damaged episode log: {found}",
-        wanted="a header, one row a control step and an ending, as JSON lines",
+        wanted="a header, one row an observation and an ending, as JSON lines",
         todo="delete the file and run `adc-bench evaluate submission` on the folder again: it drives what is missing",
     )

@@ -1,12 +1,14 @@
-"""How good the pose estimates and the driving were: plain functions of arrays."""
+"""How good pose estimates are: plain functions of arrays."""
 
 import math
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from adc_bench.evaluate.recorded_log import Encoders
 from adc_bench.evaluate.trajectory_error import aligned, relative_errors
 from adc_bench.geometry import Pose2, wrap_array_rad
 from adc_bench.world.robot import RobotParams
@@ -17,8 +19,9 @@ RPE_STEPS = 20  # a second
 
 
 class Localization(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Errors of the estimates from the arrow on, in the map's frame, unaligned but for `ate_rmse_m`: that is the error
-    left when the whole path is laid onto the true one. `rpe_*`: the error of the motion over a second.
+    """Errors of a drive's estimates from the arrow on, of a recording's from its beginning, in the map's frame,
+    unaligned but for `ate_rmse_m`: that is the error left when the whole path is laid onto the true one. `rpe_*`: the
+    error of the motion over a second.
 
     `nees_mean` (ideally 3) and `coverage` (ideally 0.95: the share of poses inside the estimate's own 95 % region)
     stand only if the submission gives covariances. Dead reckoning is replayed from the same run's encoders with the
@@ -77,6 +80,23 @@ def dead_reckoning(
     x = start.x_m + np.concatenate([[0.0], np.cumsum(along_m * np.cos(middle))])
     y = start.y_m + np.concatenate([[0.0], np.cumsum(along_m * np.sin(middle))])
     return np.stack([np.interp(times_s, sample_s, x), np.interp(times_s, sample_s, y)], axis=1)
+
+
+def replayed(start: Pose2, robot: RobotParams, encoders: Sequence[Encoders], times_s: Sequence[float]) -> Array:
+    """Return where dead reckoning from a run's own encoders would be at these times, (n, 2)."""
+    return dead_reckoning(
+        start,
+        robot,
+        np.array([time_s for samples in encoders for time_s in samples.time_s]),
+        np.array([ticks for samples in encoders for ticks in samples.left_ticks], dtype=np.float64),
+        np.array([ticks for samples in encoders for ticks in samples.right_ticks], dtype=np.float64),
+        np.array(times_s),
+    )
+
+
+def pose_array(poses: Sequence[Pose2]) -> Array:
+    """Return poses as an array (n, 3)."""
+    return np.array([(pose.x_m, pose.y_m, pose.yaw_rad) for pose in poses], dtype=np.float64).reshape(-1, 3)
 
 
 def localization(truth: Array, estimate: Array, covariance: Array | None, reckoned: Array) -> Localization:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.dataset.layout import write_file
-from adc_bench.evaluate.log import EpisodeLog
+from adc_bench.evaluate.log import AnyLog, DetectionLog, EpisodeLog, LocalizationLog, Row
+from adc_bench.evaluate.metrics import replayed
 from adc_bench.evaluate.rules import RULES, Rules
-from adc_bench.evaluate.score import replayed
 from adc_bench.evaluate.suite import rules_for
 from adc_bench.geometry import Pose2
 from adc_bench.world.course import Course
@@ -20,10 +20,16 @@ from adc_bench.world.course import Course
 COLUMNS = 2
 
 
-def plot_paths(logs: Sequence[EpisodeLog], path: Path, rules: Rules = RULES) -> None:
-    """Write a PNG with one map a run: the true path, the submission's estimate, dead reckoning from the encoders."""
+def plot_paths(all_logs: Sequence[AnyLog], path: Path, rules: Rules = RULES) -> None:
+    """Write a PNG with one map a run: the true path, the submission's estimate, dead reckoning from the encoders.
+
+    Sets of pictures have no paths: of them nothing is drawn.
+    """
     from matplotlib.figure import Figure
 
+    logs = [log for log in all_logs if not isinstance(log, DetectionLog)]
+    if not logs:
+        return
     columns = min(len(logs), COLUMNS)
     rows = math.ceil(len(logs) / columns)
     figure = Figure(figsize=(8.5 * columns, 4.2 * rows), layout="constrained")
@@ -48,14 +54,16 @@ def _draw_course(axis: Any, course: Course) -> None:
     axis.set_ylabel("y [m]")
 
 
-def _draw_run(axis: Any, log: EpisodeLog, rules: Rules) -> None:
+def _draw_run(axis: Any, log: EpisodeLog | LocalizationLog, rules: Rules) -> None:
     truth = _points([row.truth for row in log.rows])
     estimate = _points([row.answer.estimate for row in log.rows if row.answer])
-    reckoned = replayed(log.header, log.rows, [row.time_s for row in log.rows], rules)
+    robot = rules_for(log.header.run.suite, rules).robot
+    encoders, times_s = [row.encoders for row in log.rows], [row.time_s for row in log.rows]
+    reckoned = replayed(log.header.start_pose, robot, encoders, times_s)
     axis.plot(*reckoned.T, color="tab:orange", linewidth=0.8, label="dead reckoning")
     axis.plot(*truth.T, color="tab:blue", linewidth=1.4, label="driven")
     axis.plot(*estimate.T, color="tab:red", linewidth=0.8, linestyle="--", label="estimate")
-    hits = [row.truth for row in log.rows if row.hits]
+    hits = [row.truth for row in log.rows if isinstance(row, Row) and row.hits]
     axis.plot(*_points(hits).T, "kx", label="contact" if hits else None)
     axis.set_title(f"{log.header.run.submission.name} on {log.header.scenario}: {log.ending.reason}")
     axis.legend(loc="upper center", fontsize="small")

@@ -1,14 +1,15 @@
 """The messages between the episode loop and a submission's process, version 1: msgpack maps, each with its `type`.
 
-None can hold the truth: the submission gets the mission and observations, and answers with commands.
+None can hold the truth: the submission gets the mission and observations, and answers with commands or detections.
 `docs/submission.md` tells the order in which they pass, `docs/protocol.schema.json` is their JSON Schema.
 """
 
+from collections.abc import Mapping
 from typing import Literal
 
 import msgspec
 
-from adc_bench.api import Command, Mission, SeenObject
+from adc_bench.api import Command, Detection, Kind, Mission, SeenObject
 from adc_bench.evaluate.schemas import unwrapped
 
 VERSION = 1
@@ -73,18 +74,55 @@ class CommandMessage(Message, frozen=True, kw_only=True, tag="command"):
     command: Command
 
 
+class DetectionMessage(Message, frozen=True, kw_only=True, tag="detection"):
+    """From a detector, one for each observation, whose `step` it repeats: what is on the observation's one picture."""
+
+    step: int
+    detections: tuple[Detection, ...]
+
+
+NotAnAnswer = Literal["not-a-command", "not-detections"]
+
+
 class Fault(Message, frozen=True, kw_only=True, tag="fault"):
     """From the submission, in place of any other: it gives up. `found` says why, and is kept."""
 
     found: str
-    kind: Literal["raised", "not-a-command"] = "raised"
+    kind: Literal["raised", NotAnAnswer] = "raised"
     where: str = ""
     wanted: str = ""
     todo: str = ""
 
 
 Order = MissionMessage | ObservationMessage
-Reply = Hello | Ready | CommandMessage | Fault
+AnswerMessage = CommandMessage | DetectionMessage
+Reply = Hello | Ready | AnswerMessage | Fault
+ANSWER: Mapping[Kind, type[AnswerMessage]] = {
+    "driver": CommandMessage,
+    "localizer": CommandMessage,
+    "detector": DetectionMessage,
+}
+NOT_AN_ANSWER: Mapping[Kind, NotAnAnswer] = {
+    "driver": "not-a-command",
+    "localizer": "not-a-command",
+    "detector": "not-detections",
+}
+
+
+def answer_message(kind: Kind, step: int, answer: object) -> AnswerMessage:
+    """Return the message of what a submission's `step` or `detect` returned.
+
+    Raises:
+        TypeError: it is nothing that this kind of submission answers with.
+    """
+    if kind != "detector":
+        return command_message(step, answer)
+    if not isinstance(answer, list | tuple):
+        raise TypeError(f"{type(answer).__name__} in place of a list of Detections")
+    strange = [type(each).__name__ for each in answer if not isinstance(each, Detection)]
+    if strange:
+        raise TypeError(f"{strange[0]} in place of a Detection")
+    return DetectionMessage(step=step, detections=tuple(answer))
 
 
 def command_message(step: int, command: object) -> CommandMessage:

@@ -58,7 +58,7 @@ class Referee:
 
     @cached_property
     def _places(self) -> tuple[shapely.Geometry, ...]:
-        parking = self.header.run.suite.parking
+        parking = self.header.suite.parking
         return free_places(self.course, self.header.layout, parking) if parking else ()
 
     def panels(self, watch: Watch) -> PanelSign:
@@ -123,7 +123,7 @@ class Referee:
 
     def _watch_ground(self, watch: Watch, before: Moment) -> Watch:
         ground = footing(
-            ground_of(self.course, self.header.layout, self.header.run.suite.parking),
+            ground_of(self.course, self.header.layout, self.header.suite.parking),
             before.pose,
             watch.now.pose,
             self.header.wheel_separation_m,
@@ -154,7 +154,7 @@ class Referee:
 
     def end(self, watch: Watch) -> Reason | None:
         """Return why the run is over, or None while it goes on."""
-        suite, time_s = self.header.run.suite, watch.now.time_s
+        suite, time_s = self.header.suite, watch.now.time_s
         if watch.parked_s is not None or (watch.half == len(self.programme.half_laps) and not self.programme.parks):
             return Reason.FINISHED
         if watch.count(FaultKind.OFF_ROAD):

@@ -1,7 +1,6 @@
 """What a result folder says: result.json from the logs alone, timing.json with all that varies from run to run."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from statistics import fmean
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, get_args
 
 import msgspec
@@ -9,17 +8,17 @@ import numpy as np
 
 from adc_bench.evaluate.agent_side import Isolation
 from adc_bench.evaluate.ending import Status
-from adc_bench.evaluate.log import EpisodeLog
+from adc_bench.evaluate.log import AnyLog
 from adc_bench.evaluate.rules import RULES, Rules
-from adc_bench.evaluate.score import Episode, score
-from adc_bench.evaluate.statistics import Statistic, summarise
+from adc_bench.evaluate.statistics import Statistic
 from adc_bench.evaluate.submission import SubmissionId
 from adc_bench.evaluate.suite import RulesId
+from adc_bench.evaluate.summary import AnyEpisode, score_of, summary_of
 
 
 class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`result.json`. `status` is success when all planned runs are there; `eligible` for the leaderboard are
-    whole ranked suites driven as shipped: no options, no layer of truth, no run lost to the simulator.
+    whole ranked suites done as shipped: no options, no layer of truth, no run lost to the simulator.
     """
 
     schema: Literal["adc-bench-result-1"] = "adc-bench-result-1"
@@ -31,12 +30,12 @@ class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     eligible: bool
     planned: int
     completed: int
-    episodes: tuple[Episode, ...]
+    episodes: tuple[AnyEpisode, ...]
     summary: dict[str, Statistic]
 
 
 class EpisodeTiming(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Wall times of one run; the agent's are those of its `step` calls."""
+    """Wall times of one run; the agent's are those of its `step` or `detect` calls."""
 
     wall_s: float
     sim_time_s: float
@@ -67,63 +66,10 @@ class Timing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     episodes: dict[str, EpisodeTiming]
 
 
-class Metric(msgspec.Struct, frozen=True, kw_only=True):
-    """A figure of the summary: its unit and the values that a run contributes."""
-
-    unit: str
-    higher_is_better: bool
-    values: Callable[[Episode], Iterable[float | None]]
-
-
-def _from_localization(name: str) -> Callable[[Episode], Iterable[float | None]]:
-    return lambda episode: (getattr(episode.localization, name),) if episode.localization else ()
-
-
-def _from_driving(name: str) -> Callable[[Episode], Iterable[float | None]]:
-    return lambda episode: (getattr(episode.driving, name),)
-
-
-def _metric(unit: str, higher_is_better: bool, values: Callable[[Episode], Iterable[float | None]]) -> Metric:
-    return Metric(unit=unit, higher_is_better=higher_is_better, values=values)
-
-
-METRICS: Mapping[str, Metric] = {
-    "driving_score": _metric("", True, lambda e: (e.driving_score,)),
-    "points": _metric("", True, lambda e: (e.points,)),
-    "completion": _metric("", True, lambda e: (e.completion,)),
-    "run_time_s": _metric("s", False, lambda e: (e.run_time_s,)),
-    "lap_time_s": _metric("s", False, lambda e: (fmean(e.laps_s),) if e.laps_s else ()),
-    "distance_m": _metric("m", True, lambda e: (e.distance_m,)),
-    "collisions": _metric("", False, lambda e: (float(len(e.collisions)),)),
-    **{
-        name: _metric("rad" if name.endswith("_rad") else "m", False, _from_localization(name))
-        for name in (
-            "position_rmse_m",
-            "position_p95_m",
-            "position_max_m",
-            "heading_rmse_rad",
-            "ate_rmse_m",
-            "rpe_rmse_m",
-            "rpe_rmse_rad",
-            "dead_reckoning_rmse_m",
-            "dead_reckoning_max_m",
-        )
-    },
-    "nees_mean": _metric("", False, _from_localization("nees_mean")),
-    "coverage": _metric("", True, _from_localization("coverage")),
-    "cross_track_rmse_m": _metric("m", False, _from_driving("cross_track_rmse_m")),
-    "cross_track_max_m": _metric("m", False, _from_driving("cross_track_max_m")),
-    "line_touches": _metric("", False, _from_driving("line_touches")),
-    "off_track_s": _metric("s", False, _from_driving("off_track_s")),
-    "signs_obeyed": _metric("", True, _from_driving("signs_obeyed")),
-    "vertical_signs_read": _metric("", True, lambda e: (float(e.signs_read[0]),) if e.signs_read else ()),
-}
-
-
-def result_of(logs: Sequence[EpisodeLog], planned: int, rules: Rules = RULES) -> Result:
+def result_of(logs: Sequence[AnyLog], planned: int, rules: Rules = RULES) -> Result:
     """Return the result of the runs of one folder, at least one, all with the same run identity."""
     run = logs[0].header.run
-    episodes = tuple(score(log, rules) for log in logs)
+    episodes = tuple(score_of(log, rules) for log in logs)
     complete = len(episodes) == planned
     lost = any(episode.status in ("simulator-error", "host-error") for episode in episodes)
     whole = complete and planned == len(run.suite.seeds)
@@ -137,22 +83,12 @@ def result_of(logs: Sequence[EpisodeLog], planned: int, rules: Rules = RULES) ->
         planned=planned,
         completed=len(episodes),
         episodes=episodes,
-        summary=summary_of(episodes),
+        summary=summary_of(run.suite.kind, episodes),
     )
 
 
 def _as_shipped(submission: SubmissionId) -> bool:
     return not submission.options and submission.privileged is None
-
-
-def summary_of(episodes: Sequence[Episode]) -> dict[str, Statistic]:
-    """Return each metric's statistic over the runs that have it."""
-    summary = {}
-    for name, metric in METRICS.items():
-        values = [float(value) for episode in episodes for value in metric.values(episode) if value is not None]
-        if values:
-            summary[name] = summarise(name, values, unit=metric.unit, higher_is_better=metric.higher_is_better)
-    return summary
 
 
 def episode_timing(wall_s: float, sim_time_s: float, compute_s: Sequence[float], isolation: Isolation) -> EpisodeTiming:

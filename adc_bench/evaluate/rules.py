@@ -44,6 +44,7 @@ class Rules(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     sign_ahead_m: float = 4.0  # a vertical sign's report counts from here before it
     sign_beyond_m: float = 1.0  # to here behind it
     collision_gap_s: float = 1.0  # contacts with one object closer in time are one collision
+    believed_score: float = 0.5  # detections with this score or more count for precision, recall and corners
     earnings: Earnings = Earnings()
     prices: Prices = Prices()
     course: CourseSpec = CourseSpec()

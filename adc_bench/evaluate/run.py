@@ -1,27 +1,32 @@
-"""A suite driven into a result folder: what is there already is kept, what is missing is driven, then all is scored."""
+"""A suite done into a result folder: what is there already is kept, what is missing is done, then all is scored."""
 
 import itertools
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import msgspec
+
+from adc_bench.dataset.drives import DriveDataset
 from adc_bench.dataset.layout import write_file
 from adc_bench.engine import Done, Engine, default_workers, run_tasks
 from adc_bench.errors import InputError
-from adc_bench.evaluate.driving import RunFiles, RunTask, agent_side, drive_task, process_renderer, software
-from adc_bench.evaluate.episode import Plan
-from adc_bench.evaluate.folder import ResultFolder, first_line
-from adc_bench.evaluate.log import EpisodeLog, Header, RunId
+from adc_bench.evaluate.driving import RunFiles, RunTask, agent_side, run_task, software
+from adc_bench.evaluate.folder import ResultFolder
+from adc_bench.evaluate.log import AnyLog, read_header
+from adc_bench.evaluate.plans import AnyPlan, any_plan_for, plans_at_hand, renderer_name, suite_of
 from adc_bench.evaluate.plot import plot_paths
 from adc_bench.evaluate.results import Result, result_of, timing_of, to_json
 from adc_bench.evaluate.rules import RULES, Rules
-from adc_bench.evaluate.submission import Submission, require_driver
-from adc_bench.evaluate.suite import Suite, check_salt, mission_for, rules_for, rules_id, scenario_for, start_step
+from adc_bench.evaluate.run_header import RunId
+from adc_bench.evaluate.submission import Submission, require_kind
+from adc_bench.evaluate.suite import AnySuite, check_salt, rules_for, rules_id
 from adc_bench.evaluate.witness import Witness
 
 
 def evaluate_submission(
     submission: Submission,
-    suite: Suite,
+    suite: AnySuite,
     out: Path,
     *,
     episodes: int | None = None,
@@ -33,30 +38,44 @@ def evaluate_submission(
     tell: Callable[[int], None] = lambda done: None,
     rules: Rules = RULES,
 ) -> Result:
-    """Drive a suite's first `episodes` runs (all if None) and write the result folder; `tell` hears how many are done.
+    """Do a suite's first `episodes` runs (all if None) and write the result folder; `tell` hears how many are done.
     A hidden suite needs its salt.
 
     The bytes are the same for any engine, any number of workers (see `run_tasks`), and `in_process` or not.
 
     Raises:
         UsageError: `in_process` with a submission that is a command.
-        InputError: the submission is no driver or cannot be loaded, the folder belongs to another run or is damaged, or
-            the salt is not the suite's.
+        InputError: the submission is not of the suite's kind or cannot be loaded, the folder belongs to another run or
+            is damaged, or the salt is not the suite's.
         MachineError: this machine, or a node, cannot render; workers died again and again; no cluster.
     """
-    require_driver(submission)
+    require_kind(submission, suite.kind)
     check_salt(suite, salt)
-    rules = rules_for(suite, rules)
-    renderer = process_renderer(rules.rig)
     run = RunId(
         suite=suite,
         rules=rules_id(suite, rules),
         submission=submission.id,
-        software=software(renderer.device_name),
+        software=software(renderer_name(suite, rules_for(suite, rules), salt)),
     )
     folder = ResultFolder(out)
     folder.open(run, overwrite=overwrite)
-    plans = [plan_for(run, seed, submission, rules, salt) for seed in suite.seeds[:episodes]]
+    plans = [any_plan_for(run, seed, submission, rules, salt) for seed in suite.seeds[:episodes]]
+    _do(folder, plans, submission, engine=engine, workers=workers, in_process=in_process, tell=tell)
+    return _score_into(folder, suite, len(plans), rules)
+
+
+def _do(
+    folder: ResultFolder,
+    plans: Sequence[AnyPlan],
+    submission: Submission,
+    *,
+    engine: Engine,
+    workers: int | None,
+    in_process: bool,
+    tell: Callable[[int], None],
+) -> None:
+    """Do the runs that are missing in the folder."""
+    rules = plans[0].rules
     missing = [plan for plan in plans if not folder.has(plan.header)]
     if missing:
         privileged = submission.id.privileged
@@ -74,29 +93,39 @@ def evaluate_submission(
         tell(next(counted))
 
     tasks = (RunTask(plan=plan, in_process=in_process) for plan in missing)
-    run_tasks(drive_task, tasks, engine=engine, workers=workers, done=told)
-    return _score_into(folder, suite, len(plans), rules)
+    run_tasks(run_task, tasks, engine=engine, workers=workers, done=told)
 
 
-def plan_for(run: RunId, seed: int, submission: Submission, rules: Rules = RULES, salt: bytes | None = None) -> Plan:
-    """Return all that fixes a seed's run; a hidden suite needs its salt."""
-    rules = rules_for(run.suite, rules)
-    scenario = scenario_for(run.suite, seed, rules, salt)
-    options = submission.load.options
-    mission = mission_for(run.suite, latency_s=submission.id.latency_s, options=options, rules=rules)
-    header = Header(
-        run=run,
-        scenario=scenario.name,
-        seed=seed,
-        look=scenario.look,
-        start_pose=mission.start_pose,
-        start_step=start_step(run.suite, seed, rules, salt),
-        orders=run.suite.trial(seed).orders,
-        layout=scenario.layout,
-        signs=scenario.signs,
-        wheel_separation_m=scenario.robot_truth.wheel_separation_m,
+def evaluate_localization(
+    submission: Submission,
+    data: DriveDataset,
+    *,
+    workers: int = 1,
+    in_process: bool = False,
+    tell: Callable[[int], None] = lambda done: None,
+    rules: Rules = RULES,
+) -> Result:
+    """Return what a localiser makes of every drive of a dataset; nothing of it may stand on a leaderboard.
+
+    Raises:
+        UsageError: `in_process` with a submission that is a command.
+        InputError: the submission is no localiser or cannot be loaded, or the dataset is damaged.
+    """
+    require_kind(submission, "localizer")
+    suite, manifest = suite_of(data), data.frames.manifest
+    rules = msgspec.structs.replace(rules, rig=msgspec.structs.replace(rules.rig, cameras=manifest.cameras))
+    run = RunId(
+        suite=suite,
+        rules=rules_id(suite, rules),
+        submission=submission.id,
+        software=software(manifest.software["renderer"]),
     )
-    return Plan(header=header, scenario=scenario, mission=mission, load=submission.load, rules=rules)
+    plans = list(plans_at_hand(run, data, submission, rules))
+    with tempfile.TemporaryDirectory(prefix="adc-bench-") as out:
+        folder = ResultFolder(Path(out))
+        folder.open(run, overwrite=False)
+        _do(folder, plans, submission, engine="local", workers=workers, in_process=in_process, tell=tell)
+        return result_of(_logs(folder, suite, len(plans)), len(plans), rules)
 
 
 def _put(folder: ResultFolder, run: RunFiles, latency_s: float, rules: Rules) -> None:
@@ -108,7 +137,7 @@ def _put(folder: ResultFolder, run: RunFiles, latency_s: float, rules: Rules) ->
     write_file(folder.episode_path(run.scenario), run.log)
 
 
-def _score_into(folder: ResultFolder, suite: Suite, planned: int, rules: Rules) -> Result:
+def _score_into(folder: ResultFolder, suite: AnySuite, planned: int, rules: Rules) -> Result:
     logs = _logs(folder, suite, planned)
     result = result_of(logs, planned, rules)
     write_file(folder.result_path, to_json(result))
@@ -139,7 +168,7 @@ def result_in(out: Path, rules: Rules = RULES) -> Result:
     return result_of(_logs(folder, suite, planned), planned, rules)
 
 
-def _logs(folder: ResultFolder, suite: Suite, planned: int) -> list[EpisodeLog]:
+def _logs(folder: ResultFolder, suite: AnySuite, planned: int) -> list[AnyLog]:
     logs = folder.logs([suite.scenario_name(seed) for seed in suite.seeds[:planned]])
     if not logs:
         raise _no_log(folder)
@@ -155,8 +184,8 @@ def _no_log(folder: ResultFolder) -> InputError:
     )
 
 
-def _driven_suite(folder: ResultFolder, rules: Rules) -> Suite:
-    headers = [first_line(path) for path in folder.episode_paths()]
+def _driven_suite(folder: ResultFolder, rules: Rules) -> AnySuite:
+    headers = [read_header(path) for path in folder.episode_paths()]
     header = next(iter(headers), None)
     if header is None:
         raise _no_log(folder)

@@ -6,22 +6,18 @@ from itertools import accumulate
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from adc_bench.evaluate.course_progress import Moment
-from adc_bench.evaluate.ending import Reason, Status
+from adc_bench.evaluate.ending import FAILED, Reason, Status
 from adc_bench.evaluate.faults import Fault, FaultKind
-from adc_bench.evaluate.log import EpisodeLog, Header, Hit, Row
-from adc_bench.evaluate.metrics import Localization, dead_reckoning, localization, rms
+from adc_bench.evaluate.log import EpisodeLog, Hit, Row
+from adc_bench.evaluate.metrics import Localization, localization, pose_array, replayed, rms
 from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.referee_watch import Watch
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.sign_reading import SignReading, read_signs
 from adc_bench.evaluate.suite import rules_for
-from adc_bench.geometry import Pose2
 from adc_bench.world.course import Course
-
-FAILED: tuple[Status, ...] = ("agent-failed", "invalid")
 
 
 class Driving(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -41,7 +37,7 @@ class Driving(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     signs_shown: int
 
 
-class Episode(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Episode(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="driver"):
     """The score of one run. One that `failed` has 0 points and driving score, however far it came."""
 
     scenario: str
@@ -72,7 +68,7 @@ class Episode(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 def score(log: EpisodeLog, rules: Rules = RULES) -> Episode:
     """Return the score of a run."""
-    suite = log.header.run.suite
+    suite = log.header.suite
     rules = rules_for(suite, rules)
     referee = Referee(course=Course(spec=rules.course), rules=rules, header=log.header)
     watches = _watches(referee, log.rows)
@@ -139,29 +135,16 @@ def _localization(referee: Referee, rows: Sequence[Row]) -> Localization | None:
     covariances = [answer.covariance for _, answer in answered]
     complete = all(covariance is not None for covariance in covariances)
     return localization(
-        truth=_array([row.truth for row, _ in answered]),
-        estimate=_array([answer.estimate for _, answer in answered]),
+        truth=pose_array([row.truth for row, _ in answered]),
+        estimate=pose_array([answer.estimate for _, answer in answered]),
         covariance=np.array(covariances, dtype=np.float64).reshape(-1, 3, 3) if complete else None,
-        reckoned=replayed(referee.header, rows, [row.time_s for row, _ in answered], referee.rules),
+        reckoned=replayed(
+            referee.header.start_pose,
+            referee.rules.robot,
+            [row.encoders for row in rows],
+            [row.time_s for row, _ in answered],
+        ),
     )
-
-
-def replayed(
-    header: Header, rows: Sequence[Row], times_s: Sequence[float], rules: Rules = RULES
-) -> NDArray[np.float64]:
-    """Return where dead reckoning from a run's own encoders would be at these times, (n, 2)."""
-    return dead_reckoning(
-        header.start_pose,
-        rules_for(header.run.suite, rules).robot,
-        np.array([time_s for row in rows for time_s in row.encoders.time_s]),
-        np.array([ticks for row in rows for ticks in row.encoders.left_ticks], dtype=np.float64),
-        np.array([ticks for row in rows for ticks in row.encoders.right_ticks], dtype=np.float64),
-        np.array(times_s),
-    )
-
-
-def _array(poses: Sequence[Pose2]) -> NDArray[np.float64]:
-    return np.array([(pose.x_m, pose.y_m, pose.yaw_rad) for pose in poses], dtype=np.float64).reshape(-1, 3)
 
 
 def merge_hits(hits: Sequence[Hit], gap_s: float) -> tuple[Hit, ...]:

@@ -1,12 +1,13 @@
-"""A submission: what its `submission.toml` says, or a built-in driver, and the digest of all that drives."""
+"""A submission: what its `submission.toml` says, or a built-in one, and the digest of all that answers."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import msgspec
 
+from adc_bench.api import Kind
 from adc_bench.errors import InputError, UsageError
 from adc_bench.evaluate.agent_side import Load
 from adc_bench.evaluate.submission_files import digest
@@ -16,7 +17,6 @@ from adc_bench.world.records import load_record
 Name = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=60)]
 Entry = Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")]
 Latency = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
-Kind = Literal["driver", "localizer", "detector"]
 PACKAGE = Path(__file__).parents[1]
 # What a built-in driver's digest leaves out: the rooms above this one, which no drive can reach (a contract of the
 # imports), and the suites' files, which lie in the package only where it is installed and have a digest of their own.
@@ -58,18 +58,20 @@ class Submission:
     load: Load
 
 
-def load_submission(source: str, options: Mapping[str, str], privileged: Privilege | None = None) -> Submission:
-    """Return the submission in a folder, or else the built-in one of that name. Its code is not run here.
+def load_submission(
+    source: str, options: Mapping[str, str], privileged: Privilege | None = None, kind: Kind = "driver"
+) -> Submission:
+    """Return the submission in a folder, or else the built-in one of that name and kind. Its code is not run here.
 
-    A built-in one may be `privileged`.
+    A built-in driver may be `privileged`.
 
     Raises:
-        UsageError: a folder's submission cannot be privileged.
+        UsageError: a folder's submission, or what is no driver, cannot be privileged.
         InputError: there is no such submission, or its submission.toml holds something unusable.
     """
     folder, options = Path(source), dict(options)
     if not (folder / "submission.toml").is_file():
-        return _built_in(source, options, privileged)
+        return _built_in(source, options, privileged, kind)
     if privileged:
         raise UsageError(
             where=f"--privileged {privileged}",
@@ -86,28 +88,36 @@ def load_submission(source: str, options: Mapping[str, str], privileged: Privile
     return _submission(file, folder, options, is_built_in=False)
 
 
-def require_driver(submission: Submission) -> None:
-    """Raise InputError unless the submission is a driver, the kind that suites drive."""
-    if submission.id.kind != "driver":
+def require_kind(submission: Submission, kind: Kind) -> None:
+    """Raise InputError unless the submission is of a suite's kind."""
+    if submission.id.kind != kind:
         raise InputError(
             where=f"submission {submission.id.name}",
             found=f"kind = {submission.id.kind!r}",
-            wanted="kind = 'driver': a suite is driven",
-            todo="submit a driver; one may be built around the same localizer or detector",
+            wanted=f"kind = {kind!r}, which this suite is for",
+            todo="choose a suite of the submission's kind: loc for localizers, det for detectors, others for drivers",
         )
 
 
-def _built_in(name: str, options: dict[str, str], privileged: Privilege | None) -> Submission:
-    from adc_bench.reference import BUILT_IN
+def _built_in(name: str, options: dict[str, str], privileged: Privilege | None, kind: Kind) -> Submission:
+    from adc_bench.reference import OF_KIND
 
-    if name not in BUILT_IN:
+    known = sorted(OF_KIND[kind])
+    if name not in known:
         raise InputError(
             where=f"submission {name}",
             found="a folder without submission.toml" if Path(name).is_dir() else "no such folder",
-            wanted=f"a folder with submission.toml, or one of {', '.join(sorted(BUILT_IN))}",
+            wanted=f"a folder with submission.toml, or one of {', '.join(known)}",
             todo="name a submission's folder or a built-in one",
         )
-    file = SubmissionFile(name=name, authors=("adc-bench",), kind="driver", entry="reference:built_in")
+    if privileged and kind != "driver":
+        raise UsageError(
+            where=f"--privileged {privileged}",
+            found=f"a {kind}",
+            wanted="a built-in driver: the truth is lent to no other",
+            todo="leave --privileged out, or name a suite that is driven",
+        )
+    file = SubmissionFile(name=name, authors=("adc-bench",), kind=kind, entry="reference:built_in")
     submission = _submission(file, PACKAGE, options, is_built_in=True)
     return replace(submission, id=msgspec.structs.replace(submission.id, privileged=privileged))
 
@@ -124,6 +134,7 @@ def _submission(file: SubmissionFile, folder: Path, options: dict[str, str], *, 
             options=options,
         ),
         load=Load(
+            kind=file.kind,
             folder=None if is_built_in else str(folder.resolve()),
             entry=file.name if is_built_in else file.entry or "",
             command=file.command or (),

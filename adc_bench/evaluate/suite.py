@@ -1,13 +1,17 @@
 """Suites: which arenas are driven, for how long, and what a submission is told."""
 
 import hashlib
+from collections.abc import Mapping
+from typing import ClassVar
 
 import msgspec
 
-from adc_bench.api import Element, Mission
+from adc_bench.api import Element, Kind, Mission
+from adc_bench.dataset.split import named_layouts
 from adc_bench.errors import InputError
 from adc_bench.evaluate.course_progress import LEAD_M
 from adc_bench.evaluate.programme import Programme, Trial
+from adc_bench.evaluate.recorded_suite import DetectionSuite, LocalizationSuite
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.geometry import Pose2
 from adc_bench.world.checks import check_start
@@ -25,9 +29,10 @@ from adc_bench.world.setup import draw_layout, set_up
 from adc_bench.world.streams import stream
 
 
-class Suite(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Suite(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="driver"):
     """A list of runs, one arena a seed. The seeds take turns at the trials."""
 
+    kind: ClassVar[Kind] = "driver"
     name: str
     trials: tuple[Trial, ...]
     time_limit_s: float  # from the first order's appearance
@@ -65,6 +70,22 @@ class Suite(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return f"{self.name}-{seed}"
 
 
+AnySuite = Suite | LocalizationSuite | DetectionSuite
+
+
+class SuiteKind(msgspec.Struct, frozen=True, kw_only=True):
+    """What a suite's file says of itself: whom it is for."""
+
+    kind: Kind = "driver"
+
+
+SUITES: Mapping[Kind, type[AnySuite]] = {
+    "driver": Suite,
+    "localizer": LocalizationSuite,
+    "detector": DetectionSuite,
+}
+
+
 class RulesId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Names the rules and the suite under which a run was driven; sha256 covers every figure of both."""
 
@@ -72,14 +93,17 @@ class RulesId(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     sha256: str
 
 
-def load_suite(name_or_path: str) -> Suite:
-    """Return a suite by the name of a shipped one or the path of a TOML file.
+def load_suite(name_or_path: str) -> AnySuite:
+    """Return a suite by the name of a shipped one or the path of a TOML file; `kind` in it says whom it is for.
 
     Raises:
         InputError: there is no such suite, its file holds something unusable, or its arena cannot be.
     """
     path = find_record(name_or_path, "splits/suites")
-    suite = load_record(path, Suite)
+    suite = load_record(path, SUITES[load_record(path, SuiteKind).kind])
+    if not isinstance(suite, Suite):
+        named_layouts(suite.split)
+        return suite
     for found, wanted in _faults(suite):
         raise InputError(where=str(path), found=found, wanted=wanted, todo="mend that key")
     if suite.salt_sha256 is None:
@@ -88,7 +112,7 @@ def load_suite(name_or_path: str) -> Suite:
     return suite
 
 
-def check_salt(suite: Suite, salt: bytes | None) -> None:
+def check_salt(suite: AnySuite, salt: bytes | None) -> None:
     """Check that a hidden suite is driven with its own salt.
 
     Raises:
@@ -166,8 +190,11 @@ def _faults(suite: Suite) -> list[tuple[str, str]]:
 _TRIALS = ("trials of different lengths, or none", "one or more trials, all with as many half laps")
 
 
-def rules_for(suite: Suite, rules: Rules = RULES) -> Rules:
+def rules_for(suite: AnySuite, rules: Rules = RULES) -> Rules:
     """Return the rules with the course and the robot that the suite names, and its semantic camera if it has one."""
+    if not isinstance(suite, Suite):
+        split = suite.split
+        return msgspec.structs.replace(rules, course=COURSE_SETS[split.course], robot=ROBOTS[split.robot])
     semantic = SemanticCameraSpec() if suite.semantic_camera else None
     return msgspec.structs.replace(
         rules,
@@ -177,11 +204,16 @@ def rules_for(suite: Suite, rules: Rules = RULES) -> Rules:
     )
 
 
-def rules_id(suite: Suite, rules: Rules = RULES) -> RulesId:
+def rules_id(suite: AnySuite, rules: Rules = RULES) -> RulesId:
     """Return the digest of rules and suite together, with what the suite's names stand for."""
     own = rules_for(suite, rules)
-    whole = (own, suite, [_layout(suite, seed, seed, own.course) for seed in suite.seeds[: len(suite.trials)]])
+    layouts = _layouts(suite, own.course) if isinstance(suite, Suite) else named_layouts(suite.split)
+    whole = (own, suite, layouts)
     return RulesId(id=rules.id, sha256=hashlib.sha256(msgspec.json.encode(whole, order="sorted")).hexdigest())
+
+
+def _layouts(suite: Suite, course: CourseSpec) -> list[Layout]:
+    return [_layout(suite, seed, seed, course) for seed in suite.seeds[: len(suite.trials)]]
 
 
 def scenario_for(suite: Suite, seed: int, rules: Rules = RULES, salt: bytes | None = None) -> Scenario:

@@ -103,4 +103,4 @@ def decoded(body: bytes, message_type: Any) -> Any:
 def _plain(value: object) -> object:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
-    raise TypeError(f"a command cannot hold {value!r}")
+    raise TypeError(f"an answer cannot hold {value!r}")

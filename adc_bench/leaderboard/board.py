@@ -13,9 +13,11 @@ import msgspec
 from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
 from adc_bench.evaluate.folder import ResultFolder
-from adc_bench.evaluate.results import Result, Timing, summary_of, to_json
+from adc_bench.evaluate.log import DetectionLog
+from adc_bench.evaluate.results import Result, Timing, to_json
 from adc_bench.evaluate.run import result_in
 from adc_bench.evaluate.suite import RulesId, load_suite, rules_id
+from adc_bench.evaluate.summary import summary_of
 from adc_bench.leaderboard.ranking import ranking
 from adc_bench.leaderboard.records import Entry, Leaderboard, entry_name
 from adc_bench.leaderboard.table import schema, table
@@ -51,7 +53,8 @@ def add(folder: Path, board: Path, *, unranked: bool = False) -> Entry:
 
 def _traces(folder: Path, result: Result) -> list[Trace]:
     logs = ResultFolder(folder).logs([episode.scenario for episode in result.episodes])
-    return [trace_of(log, episode) for log, episode in zip(logs, result.episodes, strict=True)]
+    pairs = zip(logs, result.episodes, strict=True)
+    return [trace_of(log, episode) for log, episode in pairs if not isinstance(log, DetectionLog)]
 
 
 def _add(board: Path, result: Result, timing: Timing, traces: list[Trace], *, ranked: bool) -> Entry:
@@ -62,7 +65,7 @@ def _add(board: Path, result: Result, timing: Timing, traces: list[Trace], *, ra
         result=result,
         latency=timing.latency,
         isolation=timing.isolation,
-        traces_sha256=write_traces(traces_path(board, name), traces),
+        traces_sha256=write_traces(traces_path(board, name), traces) if traces else None,
     )
     write_file(board / "entries" / f"{name}.json", to_json(entry))
     for file, content in _made_of(ranking([*others, entry])).items():
@@ -122,16 +125,18 @@ def _check_entry(path: Path, entry: Entry) -> None:
     seeds = load_suite(result.suite).seeds
     if tuple(episode.seed for episode in result.episodes) != seeds:
         raise _refused(path, "other runs than the suite's", f"one run of each of seeds {seeds}", "add the result again")
-    if to_json(summary_of(result.episodes)) != to_json(result.summary):
+    if to_json(summary_of(result.submission.kind, result.episodes)) != to_json(result.summary):
         raise _refused(path, "a summary that its runs do not give", "their statistics", "add the result again")
 
 
 def traces_in(board: Path, entry: Entry) -> list[Trace]:
-    """Return the traces of an entry's runs, in order of its runs.
+    """Return the traces of an entry's runs, in order of its runs; a detector's runs have none.
 
     Raises:
         InputError: they are missing or changed.
     """
+    if entry.traces_sha256 is None:
+        return []
     return read_traces(traces_path(board, entry.name), entry.traces_sha256)
 
 

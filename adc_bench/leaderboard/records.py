@@ -4,6 +4,7 @@ from typing import Literal
 
 import msgspec
 
+from adc_bench.api import Kind
 from adc_bench.evaluate.agent_side import Isolation
 from adc_bench.evaluate.results import Latency, Result
 from adc_bench.evaluate.statistics import Comparison, Statistic
@@ -14,15 +15,16 @@ from adc_bench.evaluate.trajectory_error import NeesVerdict
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A submission's result on a suite, as it stands in `entries/<submission>-<suite>.json`; what its runs looked like
-    lies in `traces/<submission>-<suite>.jsonl`, whose digest is `traces_sha256`.
+    lies in `traces/<submission>-<suite>.jsonl`, whose digest is `traces_sha256` (none for a detector: pictures have no
+    path).
     """
 
-    schema: Literal["adc-bench-entry-2"] = "adc-bench-entry-2"
+    schema: Literal["adc-bench-entry-3"] = "adc-bench-entry-3"
     ranked: bool
     result: Result
     latency: Latency
     isolation: Isolation
-    traces_sha256: str
+    traces_sha256: str | None
 
     @property
     def name(self) -> str:
@@ -44,7 +46,7 @@ def title(submission: SubmissionId) -> str:
 class Standing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """An entry with its place, from 1; entries outside the competition have none.
 
-    `failed` runs, in which the submission broke as a program, are among the `runs`, with 0 points.
+    `failed` runs, in which the submission broke as a program, are among the `runs`, worth nothing.
     """
 
     rank: int | None
@@ -60,16 +62,20 @@ class Standing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class Pair(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The points of two submissions, by title, seed by seed."""
+    """Two submissions, by title, in the figure that ranks them, seed by seed."""
 
     first: str
     second: str
-    points: Comparison
+    difference: Comparison
 
 
 class SuiteRanking(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A suite's entries, best first, those outside the competition last; `pairs` compares each with all below it."""
+    """A suite's entries, best first, those outside the competition last, by the mean of `ranked_by`; `pairs` compares
+    each with all below it.
+    """
 
+    kind: Kind
+    ranked_by: str
     rules: RulesId
     standings: tuple[Standing, ...]
     pairs: tuple[Pair, ...]
@@ -78,5 +84,5 @@ class SuiteRanking(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 class Leaderboard(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """`leaderboard.json`: the ranking of each suite."""
 
-    schema: Literal["adc-bench-leaderboard-2"] = "adc-bench-leaderboard-2"
+    schema: Literal["adc-bench-leaderboard-3"] = "adc-bench-leaderboard-3"
     suites: dict[str, SuiteRanking]

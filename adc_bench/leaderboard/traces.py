@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
-from adc_bench.evaluate.log import EpisodeLog, Row
+from adc_bench.evaluate.log import EpisodeLog, LocalizationLog, Row
+from adc_bench.evaluate.recorded_log import LocalizationRow
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.score import Episode
+from adc_bench.evaluate.summary import AnyEpisode
 from adc_bench.geometry import wrap_rad
 from adc_bench.leaderboard.events import Event, events_of
 
@@ -59,10 +61,10 @@ class Trace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     detail: str
 
 
-def trace_of(log: EpisodeLog, episode: Episode, rules: Rules = RULES) -> Trace:
+def trace_of(log: EpisodeLog | LocalizationLog, episode: AnyEpisode, rules: Rules = RULES) -> Trace:
     """Return the trace of a run and its score."""
     last, every = len(log.rows) - 1, round(PERIOD_S / rules.control_period_s)
-    rows = [log.rows[index] for index in (*range(0, last, every), last)]
+    rows: list[Row | LocalizationRow] = [log.rows[index] for index in (*range(0, last, every), last)]
     yaw_rad = np.unwrap([row.truth.yaw_rad for row in rows])
     return Trace(
         scenario=log.header.scenario,
@@ -72,12 +74,20 @@ def trace_of(log: EpisodeLog, episode: Episode, rules: Rules = RULES) -> Trace:
         y_mm=_thousandths([row.truth.y_m for row in rows]),
         yaw_mrad=_thousandths(yaw_rad),
         estimate=_estimate(rows),
-        events=events_of(log, episode),
+        events=_events(log, episode),
         detail=log.ending.detail,
     )
 
 
-def _estimate(rows: Sequence[Row]) -> Estimate | None:
+def _events(log: EpisodeLog | LocalizationLog, episode: AnyEpisode) -> tuple[Event, ...]:
+    """Return what happened in a run; a recording only ends."""
+    if isinstance(log, EpisodeLog) and isinstance(episode, Episode):
+        return events_of(log, episode)
+    text = f"{episode.reason.replace('-', ' ')} ({episode.status})"
+    return (Event(time_s=round(log.rows[-1].time_s, 3), kind="end", text=text),)
+
+
+def _estimate(rows: Sequence[Row | LocalizationRow]) -> Estimate | None:
     errors, deviations = _errors(rows), _deviations(rows)
     if errors is None:
         return None
@@ -93,7 +103,7 @@ def _estimate(rows: Sequence[Row]) -> Estimate | None:
     )
 
 
-def _errors(rows: Sequence[Row]) -> Array | None:
+def _errors(rows: Sequence[Row | LocalizationRow]) -> Array | None:
     """Return the estimates seen from the truth (n, 3); None if there are none."""
     found: list[tuple[float, float, float]] = []
     for row in rows:
@@ -107,7 +117,7 @@ def _errors(rows: Sequence[Row]) -> Array | None:
     return np.array(found)
 
 
-def _deviations(rows: Sequence[Row]) -> Array | None:
+def _deviations(rows: Sequence[Row | LocalizationRow]) -> Array | None:
     """Return the standard deviations (n, 3) along the robot's own axes; None unless every answer has a covariance."""
     covariances = [row.answer.covariance for row in rows if row.answer is not None]
     given = [covariance for covariance in covariances if covariance is not None]

@@ -9,12 +9,12 @@ import msgspec
 from adc_bench.api import Agent, Mission, Observation
 from adc_bench.detector import Detector, shipped_weights
 from adc_bench.evaluate.agent_side import Load
-from adc_bench.evaluate.driving import process_renderer, software
-from adc_bench.evaluate.episode import drive
+from adc_bench.evaluate.driving import software
+from adc_bench.evaluate.episode import drive, process_renderer
 from adc_bench.evaluate.in_process import InProcessAgent
-from adc_bench.evaluate.log import RunId
+from adc_bench.evaluate.plans import plan_for
 from adc_bench.evaluate.rules import RULES
-from adc_bench.evaluate.run import plan_for
+from adc_bench.evaluate.run_header import RunId
 from adc_bench.evaluate.submission import load_submission
 from adc_bench.evaluate.suite import load_suite, rules_id
 from adc_bench.reference import Layers, thesis

@@ -13,7 +13,8 @@ from adc_bench.dataset.layout import write_file
 from adc_bench.detector import Detector, shipped_weights
 from adc_bench.detector.decode import DecodeConfig
 from adc_bench.errors import InputError
-from adc_bench.evaluate.driving import PACKAGES, process_renderer
+from adc_bench.evaluate.driving import PACKAGES
+from adc_bench.evaluate.episode import process_renderer
 from adc_bench.evaluate.results import to_json
 from adc_bench.evaluate.rules import RULES
 from adc_bench.evaluate.submission import load_submission

@@ -41,7 +41,7 @@ def test_a_sound_submission_passes(capsys: pytest.CaptureFixture[str]) -> None:
         ("missing", ["FAULT  loads       no function missing in module agents"]),
         ("RaisesAtSeven", ["FAULT  drives      agent-failed (step-raised) at step 7", "ValueError: seven is too much"]),
         ("NotACommand", ["FAULT  drives      invalid (not-a-command) at step 0: tuple in place of a Command"]),
-        ("Random", ["note   repeats     other commands in a second run, from step 0 on"]),
+        ("Random", ["note   repeats     other answers in a second run, from step 0 on"]),
     ],
 )
 def test_what_is_wrong_is_told(

@@ -7,11 +7,13 @@ import numpy as np
 
 from adc_bench.evaluate.course_progress import Moment
 from adc_bench.evaluate.ending import Ending, Reason
-from adc_bench.evaluate.log import Drive, Encoders, EpisodeLog, Header, Hit, Row, RunId
+from adc_bench.evaluate.log import Drive, EpisodeLog, Header, Hit, Row
 from adc_bench.evaluate.programme import Programme
+from adc_bench.evaluate.recorded_log import Encoders
 from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.referee_watch import Watch
 from adc_bench.evaluate.rules import RULES
+from adc_bench.evaluate.run_header import RunId
 from adc_bench.evaluate.submission import Submission, SubmissionId
 from adc_bench.evaluate.suite import Suite, load_suite, mission_for, rules_id, scenario_for, start_step
 from adc_bench.geometry import Path, Pose2, line

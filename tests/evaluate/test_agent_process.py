@@ -84,7 +84,7 @@ def test_an_agent_sees_the_observation_and_one_thread(
     submission_of: MakeSubmission, hurried: Rules, tmp_path: Path
 ) -> None:
     answers = talk(submission_of("Tells"), hurried, tmp_path / "log", steps=3)
-    last = answers[-1].command
+    last = answers[-1].answer
     assert last.pose_world_robot.x_m == pytest.approx(10, abs=3), "red"
     assert last.pose_world_robot.y_m == pytest.approx(200, abs=3), "blue"
     assert last.pose_world_robot.yaw_rad == 0.1
@@ -94,8 +94,8 @@ def test_an_agent_sees_the_observation_and_one_thread(
 
 def test_numpy_numbers_make_a_command(submission_of: MakeSubmission, hurried: Rules, tmp_path: Path) -> None:
     (answer,) = talk(submission_of("Straight"), hurried, tmp_path / "log", steps=1)
-    assert answer.command.v_mps == 1.5
-    assert answer.command.covariance == (1, 0, 0, 0, 1, 0, 0, 0, 1)
+    assert answer.answer.v_mps == 1.5
+    assert answer.answer.covariance == (1, 0, 0, 0, 1, 0, 0, 0, 1)
 
 
 def test_what_it_prints_goes_to_its_log(submission_of: MakeSubmission, hurried: Rules, tmp_path: Path) -> None:
@@ -219,4 +219,4 @@ def test_a_submission_does_not_see_the_organiser_s_salt(
 ) -> None:
     monkeypatch.setenv(VARIABLE, "salt of the organiser, private")
     (answer,) = talk(submission_of("TellsSecrets"), Rules(), tmp_path / "log", steps=1)
-    assert answer.command.pose_world_robot.x_m == 0.0
+    assert answer.answer.pose_world_robot.x_m == 0.0

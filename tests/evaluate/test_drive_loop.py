@@ -9,16 +9,20 @@ import pytest
 from made_runs import MakeSubmission
 
 from adc_bench.errors import InputError
+from adc_bench.evaluate.driving import software
 from adc_bench.evaluate.ending import Reason
-from adc_bench.evaluate.episode import Driven, drive
+from adc_bench.evaluate.episode import drive
 from adc_bench.evaluate.isolation import AgentProcess
-from adc_bench.evaluate.log import EpisodeLog, RunId, read_log
+from adc_bench.evaluate.log import EpisodeLog, read_log
+from adc_bench.evaluate.plans import plan_for
 from adc_bench.evaluate.rules import Rules
-from adc_bench.evaluate.run import evaluate_submission, plan_for, rescore, software
+from adc_bench.evaluate.run import evaluate_submission, rescore
+from adc_bench.evaluate.run_header import RunId
 from adc_bench.evaluate.sandbox import sandbox_fault
 from adc_bench.evaluate.score import score
 from adc_bench.evaluate.submission import Submission, load_submission
 from adc_bench.evaluate.suite import Suite, load_suite, rules_for, rules_id
+from adc_bench.evaluate.trace import Driven
 from adc_bench.render import ArenaRenderer
 from adc_bench.world.salt import salt_sha256
 

@@ -65,8 +65,8 @@ def test_pairs_compare_the_points_seed_by_seed(board: Path) -> None:
         entry.result.submission.name: {episode.seed: episode.points for episode in entry.result.episodes}
         for entry in leaderboard.entries_in(board)
     }
-    assert all(pair.points == compare(points[pair.first], points[pair.second]) for pair in pairs)
-    assert pairs[0].points.mean_difference > 0.0
+    assert all(pair.difference == compare(points[pair.first], points[pair.second]) for pair in pairs)
+    assert pairs[0].difference.mean_difference > 0.0
 
 
 def test_a_failed_run_counts_with_no_points(board: Path) -> None:

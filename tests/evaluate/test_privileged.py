@@ -8,14 +8,16 @@ import pytest
 from made_runs import MakeSubmission
 
 from adc_bench.errors import InputError, UsageError
-from adc_bench.evaluate.driving import agent_side
-from adc_bench.evaluate.episode import Driven, drive
-from adc_bench.evaluate.log import RunId
+from adc_bench.evaluate.driving import agent_side, software
+from adc_bench.evaluate.episode import drive
+from adc_bench.evaluate.plans import plan_for
 from adc_bench.evaluate.results import Timing
 from adc_bench.evaluate.rules import RULES, Rules
-from adc_bench.evaluate.run import evaluate_submission, plan_for, software
+from adc_bench.evaluate.run import evaluate_submission
+from adc_bench.evaluate.run_header import RunId
 from adc_bench.evaluate.submission import load_submission
 from adc_bench.evaluate.suite import Suite, rules_for, rules_id
+from adc_bench.evaluate.trace import Driven
 from adc_bench.evaluate.witness import Privilege, Witness
 from adc_bench.render import ArenaRenderer
 

@@ -68,8 +68,8 @@ def test_a_program_in_cpp_drives(cpp_driver: Path, tmp_path: Path) -> None:
     turn = 2 * 3.141592653589793 * RULES.robot.wheel_radius_m / RULES.robot.encoder_ticks_per_turn
     for step, answer in enumerate(answers):
         moved_m = step * turn  # each step one tick more on both wheels
-        assert answer.command.pose_world_robot.x_m == pytest.approx(MISSION.start_pose.x_m + moved_m)
-        assert answer.command.v_mps == 0.0, "no panel was seen yet"
+        assert answer.answer.pose_world_robot.x_m == pytest.approx(MISSION.start_pose.x_m + moved_m)
+        assert answer.answer.v_mps == 0.0, "no panel was seen yet"
 
 
 def command_submission(folder: Path, script: str) -> Submission:

@@ -11,9 +11,10 @@ from made_runs import COURSE, START_X_M, along, header_of, log_of
 
 from adc_bench.evaluate.ending import STATUS_OF, Ending, Reason
 from adc_bench.evaluate.log import EpisodeLog, Hit, Row, read_log, write_log
-from adc_bench.evaluate.results import METRICS, episode_timing, result_of, timing_of, to_json
+from adc_bench.evaluate.results import episode_timing, result_of, timing_of, to_json
 from adc_bench.evaluate.score import merge_hits, score
 from adc_bench.evaluate.suite import load_suite
+from adc_bench.evaluate.summary import METRICS
 from adc_bench.geometry import Pose2
 from adc_bench.world.route import half_lap
 
@@ -109,7 +110,7 @@ def test_a_result_is_strict_sorted_and_eligible_only_whole() -> None:
     text = to_json(whole).decode()
     data = json.loads(text, parse_constant=lambda name: pytest.fail(name))
     assert text == json.dumps(data, indent=2, sort_keys=True, ensure_ascii=False) + "\n" or list(data) == sorted(data)
-    assert set(whole.summary) == set(METRICS) - {"vertical_signs_read"}
+    assert set(whole.summary) == set(METRICS["driver"]) - {"vertical_signs_read"}
     assert whole.summary["lap_time_s"].n == 3
     assert set(data["episodes"][0]) >= {"scenario", "seed", "status", "laps_s", "localization", "driving", "points"}
 

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from adc_bench.errors import InputError
-from adc_bench.evaluate.submission import NOT_DRIVING, PACKAGE, load_submission, require_driver
+from adc_bench.api import Kind
+from adc_bench.errors import InputError, UsageError
+from adc_bench.evaluate.submission import NOT_DRIVING, PACKAGE, load_submission, require_kind
 from adc_bench.evaluate.submission_files import digest, stage
 
 TOML = 'name = "mine"\nauthors = ["me"]\nkind = "driver"\nentry = "agent:make"\n'
@@ -81,13 +82,30 @@ def test_a_command_is_a_submission_too(tmp_path: Path) -> None:
     assert submission.load.name == "./drive --fast"
 
 
-@pytest.mark.parametrize("kind", ["localizer", "detector"])
-def test_only_a_driver_is_driven(tmp_path: Path, kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "suite"), [("localizer", "driver"), ("detector", "localizer"), ("driver", "detector")]
+)
+def test_a_suite_is_for_one_kind(tmp_path: Path, kind: Kind, suite: Kind) -> None:
     submission = load_submission(str(folder_with(tmp_path, TOML.replace("driver", kind))), {})
+    require_kind(submission, kind)
     with pytest.raises(InputError) as caught:
-        require_driver(submission)
+        require_kind(submission, suite)
     assert caught.value.found == f"kind = '{kind}'"
-    assert "a suite is driven" in caught.value.wanted
+    assert caught.value.wanted == f"kind = '{suite}', which this suite is for"
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [("localizer", "odometry-only, reference, thesis"), ("detector", "reference")],
+)
+def test_a_built_in_one_is_known_by_kind(kind: Kind, names: str) -> None:
+    submission = load_submission("reference", {}, kind=kind)
+    assert (submission.id.kind, submission.load.kind, submission.load.folder) == (kind, kind, None)
+    with pytest.raises(InputError) as caught:
+        load_submission("stand-still", {}, kind=kind)
+    assert caught.value.wanted.endswith(f"one of {names}")
+    with pytest.raises(UsageError, match="the truth is lent to no other"):
+        load_submission("reference", {}, "pose", kind)
 
 
 def test_a_symbolic_link_could_name_any_file_and_is_refused(tmp_path: Path) -> None:

@@ -10,10 +10,11 @@ import numpy as np
 from panel_pictures import panel
 
 from adc_bench.evaluate.course_progress import Moment
-from adc_bench.evaluate.log import Header, RunId
+from adc_bench.evaluate.log import Header
 from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.referee_watch import Watch
 from adc_bench.evaluate.rules import RULES
+from adc_bench.evaluate.run_header import RunId
 from adc_bench.evaluate.submission import SubmissionId
 from adc_bench.evaluate.suite import Suite, mission_for, rules_id, scenario_for, start_step
 from adc_bench.geometry import Pose2

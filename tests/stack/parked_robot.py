@@ -11,10 +11,11 @@ from driven_robot import PERIOD_S, Told, truth
 
 from adc_bench.api import Mission
 from adc_bench.evaluate.course_progress import Moment
-from adc_bench.evaluate.log import Header, RunId
+from adc_bench.evaluate.log import Header
 from adc_bench.evaluate.referee import Referee
 from adc_bench.evaluate.referee_watch import Watch
 from adc_bench.evaluate.rules import RULES
+from adc_bench.evaluate.run_header import RunId
 from adc_bench.evaluate.submission import SubmissionId
 from adc_bench.evaluate.suite import Suite, load_suite, mission_for, rules_id, scenario_for
 from adc_bench.geometry import Pose2

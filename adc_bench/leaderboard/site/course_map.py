@@ -7,11 +7,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from adc_bench.evaluate.suite import scenario_for
+from adc_bench.evaluate.recorded_suite import DetectionSuite
+from adc_bench.evaluate.suite import Suite, scenario_for
 from adc_bench.leaderboard.site.run_data import RunData
 from adc_bench.world.course import Course
 from adc_bench.world.footprints import extents
 from adc_bench.world.robot import RobotParams
+from adc_bench.world.sensors import SensorRig
 
 Array = NDArray[np.float64]
 MARGIN_M = 0.45
@@ -60,9 +62,13 @@ def _faults(run: RunData) -> str:
 
 def _things(run: RunData) -> list[tuple[str, shapely.Geometry]]:
     """Return the kinds and footprints of what can be met on the course; of a hidden suite that is private."""
-    if run.suite.salt_sha256:
+    suite = run.suite
+    if suite.salt_sha256 or isinstance(suite, DetectionSuite):
         return []
-    scenario = scenario_for(run.suite, run.seed)
+    if isinstance(suite, Suite):
+        scenario = scenario_for(suite, run.seed)
+    else:
+        scenario, _ = suite.drawn(run.seed, SensorRig(), None)
     found = extents([solid for solid in scenario.solids if solid.kind in KINDS], scenario.bodies)
     parts: dict[tuple[int, str], list[shapely.Polygon]] = {}
     for index, owner in enumerate(found.owner):

@@ -1,18 +1,17 @@
 """An entry's page: its figures, its runs, and each run's path, errors and events, to be played again."""
 
 import json
-from collections import Counter
 from collections.abc import Sequence
 from html import escape
 
-from adc_bench.evaluate.results import METRICS
-from adc_bench.evaluate.score import Episode
 from adc_bench.evaluate.statistics import Statistic
+from adc_bench.evaluate.summary import METRICS
 from adc_bench.leaderboard.records import Entry, Standing, SuiteRanking, title
 from adc_bench.leaderboard.site.charts import SIGMAS, charts
 from adc_bench.leaderboard.site.course_map import course_symbol, run_map
 from adc_bench.leaderboard.site.ladder import ladder
 from adc_bench.leaderboard.site.run_data import RunData
+from adc_bench.leaderboard.site.runs_table import runs_table
 from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
 from adc_bench.world.course import Course
 
@@ -28,29 +27,35 @@ def entry_page(entry: Entry, ranking: SuiteRanking, runs: Sequence[RunData], cou
     submission, suite = entry.result.submission, entry.result.suite
     name = title(submission)
     standing = next(standing for standing in ranking.standings if standing.submission == submission)
-    options = "".join(f'<option value="run-{run.episode.scenario}">{escape(_choice(run))}</option>' for run in runs)
     body = (
         f'<header><nav><a href="../index.html#{escape(suite)}">Leaderboard</a></nav>'
-        f"<h1>{escape(name)} <small>on {escape(suite)}</small></h1>{_about(entry, standing)}</header>"
-        f'<main id="content"><section><h2>Runs</h2>{_runs_table(entry.result.episodes)}</section>'
-        f'<section class="replay"><h2 id="replay">Replay</h2><form class="bar script"><label>run <select name="run">'
-        f"{options}</select></label></form>{course_symbol(course)}"
-        f"{''.join(_run(run, course) for run in runs)}</section>"
+        f"<h1>{escape(name)} <small>on {escape(suite)}</small></h1>"
+        f"{_about(entry, standing, ranking.ranked_by)}</header>"
+        f'<main id="content"><section><h2>Runs</h2>{runs_table(entry.result.episodes)}</section>{_replay(runs, course)}'
         f"<section><h2>Figures</h2>{_figures(standing)}</section>{ladder(submission, suite, ranking)}</main>"
     )
     return page(f"{name} on {suite}: adc-bench leaderboard", body, root="../", script="replay.js")
 
 
-def _choice(run: RunData) -> str:
-    return f"{run.episode.scenario}: {run.outcome}, {run.episode.points:.1f} points"
+def _replay(runs: Sequence[RunData], course: Course) -> str:
+    """Return the runs to be played again; nothing where there is no path."""
+    if not runs:
+        return ""
+    options = "".join(f'<option value="run-{run.scenario}">{escape(run.choice)}</option>' for run in runs)
+    return (
+        '<section class="replay"><h2 id="replay">Replay</h2><form class="bar script"><label>run <select name="run">'
+        f"{options}</select></label></form>{course_symbol(course)}"
+        f"{''.join(_run(run, course) for run in runs)}</section>"
+    )
 
 
-def _about(entry: Entry, standing: Standing) -> str:
+def _about(entry: Entry, standing: Standing, ranked_by: str) -> str:
+    best = standing.summary[ranked_by]
     submission, latency = entry.result.submission, entry.latency
     measured = "" if latency.measured_p95_s is None else f", measured {1000 * latency.measured_p95_s:.0f} ms (p95)"
     facts = {
         "place": str(standing.rank or "not ranked"),
-        "points": f"{standing.summary['points'].mean:.1f} {interval('points', standing.summary['points'])}",
+        label(ranked_by): f"{shown(ranked_by, best, best.mean)} {unit_of(ranked_by, best)} {interval(ranked_by, best)}",
         "authors": ", ".join(submission.authors),
         "kind": submission.kind,
         "latency": f"declared {1000 * latency.declared_s:.0f} ms{measured}",
@@ -66,45 +71,8 @@ def _fact(term: str, told: str) -> str:
     return f"<div><dt>{escape(term)}</dt><dd>{escape(told)}</dd></div>"
 
 
-def _runs_table(episodes: Sequence[Episode]) -> str:
-    head = ("run", "light", "ended", "points", "driving score", "completion", "run time", "position RMSE", "faults")
-    cells = "".join(f'<th scope="col">{name}</th>' for name in head)
-    return (
-        '<div class="wide" tabindex="0" role="region" aria-label="Runs"><table class="runs">'
-        f"<thead><tr>{cells}</tr></thead><tbody>{''.join(map(_episode, episodes))}</tbody></table></div>"
-    )
-
-
-def _episode(episode: Episode) -> str:
-    scenario, errors = escape(episode.scenario), episode.localization
-    cells = (
-        episode.light_level,
-        f"{episode.points:.1f}",
-        f"{episode.driving_score:.1f}",
-        f"{100 * episode.completion:.1f} %",
-        DASH if episode.run_time_s is None else f"{episode.run_time_s:.2f} s",
-        DASH if errors is None else f"{errors.position_rmse_m:.4f} m",
-        _faults(episode),
-    )
-    light, *figures = (f"<td>{escape(cell)}</td>" for cell in cells)
-    ended = f'<td><span class="status {_grade(episode)}">{escape(episode.reason.replace("-", " "))}</span></td>'
-    return f'<tr><th scope="row"><a href="#run-{scenario}">{scenario}</a></th>{light}{ended}{"".join(figures)}</tr>'
-
-
-def _grade(episode: Episode) -> str:
-    """Return how good an ending is: the task done, a drive that ended before, a program that broke."""
-    if episode.failed:
-        return "broken"
-    return "done" if episode.completion >= 1.0 else "short"
-
-
-def _faults(episode: Episode) -> str:
-    counts = Counter(fault.kind.replace("_", " ") for fault in episode.faults)
-    return ", ".join(f"{count} × {kind}" for kind, count in counts.items()) or "none"
-
-
 def _run(run: RunData, course: Course) -> str:
-    scenario = escape(run.episode.scenario)
+    scenario = escape(run.scenario)
     return (
         f'<article class="run" id="run-{scenario}" aria-labelledby="head-{scenario}"><h3 id="head-{scenario}">'
         f"{scenario} <small>{escape(run.outcome)}</small></h3>{_detail(run)}<figure>{run_map(run, course)}"
@@ -166,7 +134,7 @@ def _figures(standing: Standing) -> str:
         f"<td><b>{shown(name, figure, figure.mean)}</b></td><td>{interval(name, figure)}</td>"
         f"<td>{shown(name, figure, figure.median)}</td>"
         f"<td>{DASH if figure.sd is None else shown(name, figure, figure.sd)}</td><td>{figure.n}</td></tr>"
-        for name, figure in _in_order(standing.summary)
+        for name, figure in _in_order(standing)
     )
     head = "".join(f'<th scope="col">{name}</th>' for name in ("", "mean", "95 % interval", "median", "sd", "runs"))
     return (
@@ -175,8 +143,9 @@ def _figures(standing: Standing) -> str:
     )
 
 
-def _in_order(summary: dict[str, Statistic]) -> list[tuple[str, Statistic]]:
-    return [(name, summary[name]) for name in METRICS if name in summary]
+def _in_order(standing: Standing) -> list[tuple[str, Statistic]]:
+    summary = standing.summary
+    return [(name, summary[name]) for name in METRICS[standing.submission.kind] if name in summary]
 
 
 def _consistency(standing: Standing) -> str:

@@ -1,24 +1,39 @@
 """The first page: a table for each suite, sortable and filtered, and who differs from whom."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 
+from adc_bench.api import Kind
+from adc_bench.evaluate.recorded_suite import LocalizationSuite
 from adc_bench.evaluate.statistics import Statistic
-from adc_bench.evaluate.suite import load_suite
+from adc_bench.evaluate.suite import AnySuite, Suite, load_suite
 from adc_bench.leaderboard.records import Leaderboard, Pair, Standing, SuiteRanking, entry_name, title
 from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
 
-METRICS = (
-    "points",
-    "driving_score",
-    "completion",
-    "lap_time_s",
-    "run_time_s",
-    "position_rmse_m",
-    "line_touches",
-    "collisions",
-    "vertical_signs_read",
-)
+METRICS: Mapping[Kind, tuple[str, ...]] = {
+    "driver": (
+        "points",
+        "driving_score",
+        "completion",
+        "lap_time_s",
+        "run_time_s",
+        "position_rmse_m",
+        "line_touches",
+        "collisions",
+        "vertical_signs_read",
+    ),
+    "localizer": (
+        "position_rmse_m",
+        "position_p95_m",
+        "heading_rmse_rad",
+        "ate_rmse_m",
+        "rpe_rmse_m",
+        "nees_mean",
+        "coverage",
+        "dead_reckoning_rmse_m",
+    ),
+    "detector": ("map", "map50", "precision", "recall", "corner_error_px"),
+}
 SIGNIFICANT = 0.05
 
 
@@ -27,7 +42,8 @@ def index_page(board: Leaderboard) -> bytes:
     kinds = sorted({s.submission.kind for ranking in board.suites.values() for s in ranking.standings})
     body = (
         "<header><h1>adc-bench leaderboard</h1><p>Programs that drive a simulated robot over the figure-eight of the "
-        "Autonomous Driving Competition. A place is earned by the mean points over a suite’s runs; entries whose "
+        "Autonomous Driving Competition, say where it is, or what its cameras see. A place is earned by the mean over "
+        "a suite’s runs: of points, of the position’s error, of the average precision; entries whose "
         '95&nbsp;% intervals overlap share it. All of this as data: <a href="leaderboard.json">leaderboard.json</a> '
         '(<a href="schema.json">schema</a>).</p></header>'
         f'<form class="bar" id="filters">{_filter("suite", board.suites)}{_filter("kind", kinds)}'
@@ -48,22 +64,33 @@ def _suite(name: str, ranking: SuiteRanking) -> str:
     units = {metric: next(s.summary[metric] for s in ranking.standings if metric in s.summary) for metric in metrics}
     head = _head("place", "ascending") + _head("submission", "ascending")
     head += "".join(_metric_head(metric, units[metric]) for metric in metrics) + _head("failed runs", "ascending")
-    most = max((s.summary["points"].ci95[1] for s in ranking.standings), default=1.0)
+    most = max((s.summary[metrics[0]].ci95[1] for s in ranking.standings if metrics[0] in s.summary), default=1.0)
     rows = "".join(_row(name, standing, metrics, most) for standing in ranking.standings)
-    parking = (f"{suite.parking} parking",) if suite.parking else ()
-    task = ", ".join((*(element.replace("_", " ") for element in suite.elements), *parking)) or "driving alone"
-    told = f"{plural(len(suite.seeds), 'run')} of up to {suite.time_limit_s:g} s: {task}. Rules {ranking.rules.id}"
+    told = f"{plural(len(suite.seeds), 'run')} {_task(suite)}. Rules {ranking.rules.id}"
     return (
         f'<section class="suite" id="{escape(name)}" data-suite="{escape(name)}"><h2>{escape(name)}</h2>'
         f'<p class="told">{escape(told)} <code title="digest of rules and suite">{ranking.rules.sha256[:12]}</code></p>'
         f'<div class="wide" tabindex="0" role="region" aria-label="Ranking of {escape(name)}"><table class="sortable">'
-        f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{_pairs(ranking.pairs)}</section>"
+        f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{_pairs(ranking)}</section>"
     )
+
+
+def _task(suite: AnySuite) -> str:
+    """Return what the runs of a suite are, in words."""
+    if isinstance(suite, Suite):
+        parking = (f"{suite.parking} parking",) if suite.parking else ()
+        task = ", ".join((*(element.replace("_", " ") for element in suite.elements), *parking)) or "driving alone"
+        return f"of up to {suite.time_limit_s:g} s: {task}"
+    if isinstance(suite, LocalizationSuite):
+        return f"of up to {suite.split.drives.duration_s[1]:g} s: recorded drives, to be located in"
+    return f"of {suite.pictures} pictures: what is on them, and where"
 
 
 def _metrics(ranking: SuiteRanking) -> list[str]:
     """Return the columns that a suite fills; the time of a run stands only where there are no laps."""
-    filled = [metric for metric in METRICS if any(metric in standing.summary for standing in ranking.standings)]
+    filled = [
+        metric for metric in METRICS[ranking.kind] if any(metric in standing.summary for standing in ranking.standings)
+    ]
     return [metric for metric in filled if metric != "run_time_s" or "lap_time_s" not in filled]
 
 
@@ -80,7 +107,7 @@ def _row(suite: str, standing: Standing, metrics: list[str], most: float) -> str
     name, kind = title(standing.submission), standing.submission.kind
     place = str(standing.rank) if standing.rank else DASH
     unranked = "" if standing.rank else ", not ranked"
-    cells = "".join(_cell(metric, standing.summary.get(metric), most) for metric in metrics)
+    cells = "".join(_cell(metric, standing.summary.get(metric), most, metrics[0]) for metric in metrics)
     return (
         f'<tr data-kind="{kind}"><td data-value="{standing.rank or ""}" class="place">{place}</td>'
         f'<th scope="row" data-value="{escape(name)}"><a href="entries/{entry_name(standing.submission, suite)}.html">'
@@ -89,10 +116,10 @@ def _row(suite: str, standing: Standing, metrics: list[str], most: float) -> str
     )
 
 
-def _cell(metric: str, figure: Statistic | None, most: float) -> str:
+def _cell(metric: str, figure: Statistic | None, most: float, ranked_by: str) -> str:
     if figure is None:
         return f'<td data-value="">{DASH}</td>'
-    bar = _whisker(figure, most) if metric == "points" else ""
+    bar = _whisker(figure, most) if metric == ranked_by else ""
     return (
         f'<td data-value="{figure.mean!r}"><b>{shown(metric, figure, figure.mean)}</b> '
         f"<small>{interval(metric, figure)}</small>{bar}</td>"
@@ -108,27 +135,30 @@ def _whisker(figure: Statistic, most: float) -> str:
     )
 
 
-def _pairs(pairs: tuple[Pair, ...]) -> str:
-    if not pairs:
+def _pairs(ranking: SuiteRanking) -> str:
+    if not ranking.pairs:
         return ""
-    rows, runs = "".join(_pair(pair) for pair in pairs), pairs[0].points.n
+    metric, figure = ranking.ranked_by, ranking.standings[0].summary[ranking.ranked_by]
+    rows, runs = "".join(_pair(pair, metric, figure) for pair in ranking.pairs), ranking.pairs[0].difference.n
+    apart = f"{label(metric)} apart {unit_of(metric, figure)}".strip()
     least = 2.0 ** (1 - runs)
     return (
         "<details><summary>Compared in pairs, seed by seed</summary>"
         '<div class="wide" tabindex="0" role="region" aria-label="Comparisons in pairs"><table><thead><tr>'
-        '<th scope="col">better</th><th scope="col">worse</th><th scope="col">points apart</th><th scope="col">p</th>'
+        '<th scope="col">better</th><th scope="col">worse</th><th scope="col">'
+        f'{apart}</th><th scope="col">p</th>'
         f"</tr></thead><tbody>{rows}</tbody></table></div><p>p is the probability of a mean difference at least so "
-        f"large if neither drives better (sign-flip test over {plural(runs, 'seed')}, two-sided, not corrected for "
+        f"large if neither is better (sign-flip test over {plural(runs, 'seed')}, two-sided, not corrected for "
         "many comparisons). "
         f"With so many seeds it cannot be below {least:.3f}.</p></details>"
     )
 
 
-def _pair(pair: Pair) -> str:
-    points = pair.points
-    low, high = points.ci95
-    sure = "" if points.p_value <= SIGNIFICANT else ' class="unsure"'
+def _pair(pair: Pair, metric: str, figure: Statistic) -> str:
+    difference = pair.difference
+    mean, low, high = (shown(metric, figure, value) for value in (difference.mean_difference, *difference.ci95))
+    sure = "" if difference.p_value <= SIGNIFICANT else ' class="unsure"'
     return (
-        f"<tr{sure}><td>{escape(pair.first)}</td><td>{escape(pair.second)}</td><td><b>{points.mean_difference:.1f}</b> "
-        f"<small>[{low:.1f}, {high:.1f}]</small></td><td>{points.p_value:.3f}</td></tr>"
+        f"<tr{sure}><td>{escape(pair.first)}</td><td>{escape(pair.second)}</td><td><b>{mean}</b> "
+        f"<small>[{low}, {high}]</small></td><td>{difference.p_value:.3f}</td></tr>"
     )

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from adc_bench.evaluate.localization_score import LocalizationEpisode
 from adc_bench.evaluate.score import Episode
-from adc_bench.evaluate.suite import Suite, rules_for
+from adc_bench.evaluate.suite import AnySuite, rules_for
 from adc_bench.leaderboard.events import Event
 from adc_bench.leaderboard.traces import Trace
 from adc_bench.world.robot import RobotParams
@@ -21,13 +22,26 @@ class RunData:
     (ahead, left, turned left) and `sd` (n, 3) of the same; none where the submission gave none.
     """
 
-    suite: Suite
-    episode: Episode
+    suite: AnySuite
+    episode: Episode | LocalizationEpisode
     trace: Trace
     times_s: Array
     truth: Array
     error: Array | None
     sd: Array | None
+
+    @property
+    def scenario(self) -> str:
+        """The run's name."""
+        return self.episode.scenario
+
+    @property
+    def choice(self) -> str:
+        """The run and what came of it, in words."""
+        if isinstance(self.episode, Episode):
+            return f"{self.scenario}: {self.outcome}, {self.episode.points:.1f} points"
+        errors = self.episode.localization
+        return f"{self.scenario}: {self.outcome}" + (f", {errors.position_rmse_m:.4f} m" if errors else "")
 
     @property
     def seed(self) -> int:
@@ -82,7 +96,7 @@ class RunData:
         )
 
 
-def run_data(suite: Suite, episode: Episode, trace: Trace) -> RunData:
+def run_data(suite: AnySuite, episode: Episode | LocalizationEpisode, trace: Trace) -> RunData:
     """Return a run's data in SI units."""
     count = len(trace.x_mm)
     estimate = trace.estimate

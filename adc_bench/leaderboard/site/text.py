@@ -8,9 +8,10 @@ from string import Template
 
 from adc_bench.evaluate.statistics import Statistic
 
-WORDS = {"rmse": "RMSE", "ate": "ATE", "rpe": "RPE", "nees": "NEES"}
-UNITS = ("_mps", "_radps", "_rad", "_m", "_s")
-DECIMALS = {"m": 4, "rad": 2, "s": 2, "%": 1}
+WORDS = {"rmse": "RMSE", "ate": "ATE", "rpe": "RPE", "nees": "NEES", "map": "mAP", "map50": "AP50"}
+UNITS = ("_mps", "_radps", "_rad", "_px", "_m", "_s")
+SHARES = ("completion", "coverage", "map", "map50", "precision", "recall")
+DECIMALS = {"m": 4, "rad": 2, "s": 2, "px": 2, "%": 1}
 DASH = "–"
 
 
@@ -37,7 +38,7 @@ def label(metric: str) -> str:
 
 def unit_of(metric: str, figure: Statistic) -> str:
     """Return the unit that a metric is shown in: shares in %, angles in degrees."""
-    return {"rad": "°"}.get(figure.unit, figure.unit) or ("%" if metric in ("completion", "coverage") else "")
+    return {"rad": "°"}.get(figure.unit, figure.unit) or ("%" if metric in SHARES else "")
 
 
 def shown(metric: str, figure: Statistic, value: float) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
+from adc_bench.evaluate.detection_score import DetectionEpisode
 from adc_bench.evaluate.results import to_json
 from adc_bench.evaluate.suite import load_suite, rules_for
 from adc_bench.leaderboard.board import check, entries_in, traces_in
@@ -57,6 +58,7 @@ def _claim(out: Path) -> None:
 
 def _entry_page(board: Path, ranked: Leaderboard, entry: Entry) -> bytes:
     suite = load_suite(entry.result.suite)
-    traces = traces_in(board, entry)
-    runs = [run_data(suite, episode, trace) for episode, trace in zip(entry.result.episodes, traces, strict=True)]
+    episodes = [episode for episode in entry.result.episodes if not isinstance(episode, DetectionEpisode)]
+    pairs = zip(episodes, traces_in(board, entry), strict=True)
+    runs = [run_data(suite, episode, trace) for episode, trace in pairs]
     return entry_page(entry, ranked.suites[entry.result.suite], runs, Course(spec=rules_for(suite).course))
