@@ -95,6 +95,7 @@ COMMANDS = (
     "train-detector",
     "evaluate detector",
     "evaluate submission",
+    "hide",
     "rescore",
     "leaderboard export",
 )
