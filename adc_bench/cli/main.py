@@ -17,7 +17,6 @@ from adc_bench.cli.evaluate_localization import localization as evaluate_localiz
 from adc_bench.cli.evaluate_submission import rescore
 from adc_bench.cli.evaluate_submission import submission as evaluate_submission
 from adc_bench.cli.hide import hide
-from adc_bench.cli.hide import hide
 from adc_bench.cli.leaderboard import app as leaderboard
 from adc_bench.cli.render import render
 from adc_bench.cli.reproduce import app as reproduce
@@ -68,7 +67,6 @@ app.add_typer(evaluate, name="evaluate")
 evaluate.command("detector")(evaluate_detector)
 evaluate.command("localization")(evaluate_localization)
 evaluate.command("submission")(evaluate_submission)
-app.command()(hide)
 app.command()(hide)
 app.command()(validate)
 app.command()(rescore)
