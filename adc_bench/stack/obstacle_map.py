@@ -29,7 +29,7 @@ class MapParams:
     cells_max: int = 6000
     join_m: float = 0.24
     cone_width_max_m: float = 0.24
-    cone_alone_m: float = 0.60
+    cone_alone_m: float = 0.45  # cones of a row may stand 0.6 m apart, the legs of a chair are 0.38 m apart
     cone_hits: int = 3
 
 

@@ -28,6 +28,12 @@ def test_a_cone_is_found_where_it_stands_from_a_moving_robot() -> None:
     assert max(one.width_m for one in found) > 0.5
 
 
+def test_cones_of_a_row_are_told_apart_where_they_stand_near_to_each_other() -> None:
+    row = [thing(x_m, 0.6, 0.08, 0.08, shape="cylinder") for x_m in (1.0, 1.6, 2.2)]
+    found = mapped(Hall(row), [Pose2(x_m=0.05 * k, y_m=0.0, yaw_rad=0.01 * k) for k in range(20)])
+    assert len(cones_among(found, PARAMS)) == 3
+
+
 def test_a_chair_s_legs_are_no_cones() -> None:
     legs = [thing(1.5 + x, y, 0.04, 0.04, shape="cylinder") for x in (0.0, 0.4) for y in (-0.2, 0.2)]
     assert cones_among(mapped(Hall(legs), [ORIGIN] * 10), PARAMS) == ()

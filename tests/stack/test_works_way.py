@@ -65,6 +65,15 @@ def test_the_near_part_of_the_way_is_known_from_the_cones_within_reach(seed: int
         assert np.abs(part.offsets(early) - whole.offsets(early)).max() < 0.25
 
 
+@pytest.mark.parametrize("here_m", [-0.5, 0.5])
+def test_a_cone_is_on_that_side_of_the_corridor_on_which_the_robot_passes_it(here_m: float) -> None:
+    s, offset = np.array([5.0]), np.array([0.0])
+    found = corridor(s, offset, np.zeros(1), (4.6, here_m), PARAMS)
+    assert found is not None
+    beside, here = found.offsets(np.array([5.0, 4.6]))
+    assert np.sign(beside) == np.sign(here_m) and abs(here - here_m) < PARAMS.here_m
+
+
 def test_the_slope_is_the_offset_s_derivative() -> None:
     s, offset = seen(drawn(2))
     found = corridor(s, offset, COURSE.lap.curvature_pm(s), BEFORE, PARAMS)
