@@ -27,6 +27,9 @@ def submission(
     in_process: Annotated[
         bool, typer.Option("--in-process", help="Without a process of its own: to look into it, never for the board.")
     ] = False,
+    record: Annotated[
+        bool, typer.Option("--record", help="Make a film of each drive: films/SCENARIO.mp4 (takes as long again).")
+    ] = False,
     privileged: Annotated[
         Privilege | None,
         typer.Option(help="Lend a built-in driver the truth in place of a layer, in process: never for the board."),
@@ -57,6 +60,7 @@ def submission(
             engine=engine,
             workers=workers,
             in_process=in_process,
+            record=record,
             salt=load_salt(salt_file),
             tell=tell,
         )

@@ -13,9 +13,10 @@ from adc_bench.errors import MachineError, UsageError
 from adc_bench.evaluate.agent_side import AgentSide, Load
 from adc_bench.evaluate.ending import FAILED, STATUS_OF
 from adc_bench.evaluate.episode import Plan, drive, process_renderer
+from adc_bench.evaluate.film import Camera, Film
 from adc_bench.evaluate.in_process import InProcessAgent
 from adc_bench.evaluate.isolation import AgentProcess
-from adc_bench.evaluate.log import log_bytes
+from adc_bench.evaluate.log import EpisodeLog, log_bytes
 from adc_bench.evaluate.plans import AnyPlan
 from adc_bench.evaluate.privileged import PrivilegedAgent
 from adc_bench.evaluate.replay import replay
@@ -31,21 +32,25 @@ PACKAGES = ("sapien", "numpy", "scipy", "opencv-python-headless", "torch")
 
 @dataclass(frozen=True, kw_only=True)
 class RunTask:
-    """A run to be done; `in_process` for a Python submission in the worker's own process."""
+    """A run to be done; `in_process` for a Python submission in the worker's own process; a drive may be filmed."""
 
     plan: AnyPlan
     in_process: bool
+    filmed: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunFiles:
-    """What a run leaves for the result folder; `failure` by file name, for a submission that failed."""
+    """What a run leaves for the result folder; `failure` by file name, for a submission that failed; `film` is empty
+    if it was not filmed.
+    """
 
     scenario: str
     log: bytes
     printed: bytes
     timing: EpisodeTiming
     failure: dict[str, bytes]
+    film: bytes = b""
 
 
 def run_task(task: RunTask) -> RunFiles:
@@ -59,14 +64,22 @@ def run_task(task: RunTask) -> RunFiles:
     privileged = plan.header.run.submission.privileged
     witness = Witness(privileged) if privileged else None
     with agent_side(plan.load, plan.rules, in_process=task.in_process, witness=witness) as agent:
-        driven = driven_by(plan, agent, witness)
+        camera = Camera(agent)
+        driven = driven_by(plan, camera if task.filmed else agent, witness)
     return RunFiles(
         scenario=plan.header.scenario,
         log=log_bytes(plan.header, driven.rows, driven.ending),
         printed=agent.printed,
         timing=episode_timing(driven.wall_s, driven.sim_time_s, driven.compute_s, agent.isolation),
         failure=_failure(driven),
+        film=_film(plan, driven, camera) if task.filmed else b"",
     )
+
+
+def _film(plan: AnyPlan, driven: Driven[Any], camera: Camera) -> bytes:
+    assert isinstance(plan, Plan), "recordings are not driven"
+    log = EpisodeLog(header=plan.header, rows=driven.rows, ending=driven.ending)
+    return Film(log=log, pictures=camera.pictures, scenario=plan.scenario, rules=plan.rules).mp4()
 
 
 def _renderer_name(plan: AnyPlan) -> str:

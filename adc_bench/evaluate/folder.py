@@ -1,5 +1,5 @@
-"""A result folder: result.json, timing.json, paths.png, episodes/<scenario>.jsonl, logs/<scenario>.log, and
-failures/<scenario>/ with what a submission that failed was given last.
+"""A result folder: result.json, timing.json, paths.png, episodes/<scenario>.jsonl, logs/<scenario>.log,
+failures/<scenario>/ with what a submission that failed was given last, films/<scenario>.mp4 of filmed drives.
 """
 
 import shutil
@@ -16,7 +16,7 @@ from adc_bench.evaluate.run_header import RunId
 
 FILES = ("result.json", "timing.json", "paths.png")
 SAME_RUN = "runs of one submission on one suite, with one version of everything"
-FOLDERS = ("episodes", "logs", "failures")
+FOLDERS = ("episodes", "logs", "failures", "films")
 
 
 class ResultFolder:
@@ -33,6 +33,10 @@ class ResultFolder:
     def printed_path(self, scenario: str) -> Path:
         """Return where a run's submission prints to."""
         return self.root / "logs" / f"{scenario}.log"
+
+    def film_path(self, scenario: str) -> Path:
+        """Return where a run's film is."""
+        return self.root / "films" / f"{scenario}.mp4"
 
     def open(self, run: RunId, *, overwrite: bool) -> None:
         """Make the folder ready for a run; with `overwrite`, without what another left there.

@@ -10,7 +10,7 @@ import msgspec
 from adc_bench.dataset.drives import DriveDataset
 from adc_bench.dataset.layout import write_file
 from adc_bench.engine import Done, Engine, default_workers, run_tasks
-from adc_bench.errors import InputError
+from adc_bench.errors import InputError, UsageError
 from adc_bench.evaluate.driving import RunFiles, RunTask, agent_side, run_task, software
 from adc_bench.evaluate.folder import ResultFolder
 from adc_bench.evaluate.log import AnyLog, read_header
@@ -20,7 +20,7 @@ from adc_bench.evaluate.results import Result, result_of, timing_of, to_json
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.run_header import RunId
 from adc_bench.evaluate.submission import Submission, require_kind
-from adc_bench.evaluate.suite import AnySuite, check_salt, rules_for, rules_id
+from adc_bench.evaluate.suite import AnySuite, Suite, check_salt, rules_for, rules_id
 from adc_bench.evaluate.witness import Witness
 
 
@@ -34,23 +34,26 @@ def evaluate_submission(
     engine: Engine = "local",
     workers: int | None = 1,
     in_process: bool = False,
+    record: bool = False,
     salt: bytes | None = None,
     tell: Callable[[int], None] = lambda done: None,
     rules: Rules = RULES,
 ) -> Result:
     """Do a suite's first `episodes` runs (all if None) and write the result folder; `tell` hears how many are done.
-    A hidden suite needs its salt.
+    A hidden suite needs its salt. To `record` makes a film of each drive; one without a film is driven again for it.
 
     The bytes are the same for any engine, any number of workers (see `run_tasks`), and `in_process` or not.
 
     Raises:
-        UsageError: `in_process` with a submission that is a command.
+        UsageError: `in_process` with a submission that is a command, or to record what is not driven.
         InputError: the submission is not of the suite's kind or cannot be loaded, the folder belongs to another run or
             is damaged, or the salt is not the suite's.
         MachineError: this machine, or a node, cannot render; workers died again and again; no cluster.
     """
     require_kind(submission, suite.kind)
     check_salt(suite, salt)
+    if record and not isinstance(suite, Suite):
+        raise _not_driven(suite)
     run = RunId(
         suite=suite,
         rules=rules_id(suite, rules),
@@ -60,7 +63,7 @@ def evaluate_submission(
     folder = ResultFolder(out)
     folder.open(run, overwrite=overwrite)
     plans = [any_plan_for(run, seed, submission, rules, salt) for seed in suite.seeds[:episodes]]
-    _do(folder, plans, submission, engine=engine, workers=workers, in_process=in_process, tell=tell)
+    _do(folder, plans, submission, engine=engine, workers=workers, in_process=in_process, record=record, tell=tell)
     return _score_into(folder, suite, len(plans), rules)
 
 
@@ -72,11 +75,12 @@ def _do(
     engine: Engine,
     workers: int | None,
     in_process: bool,
+    record: bool = False,
     tell: Callable[[int], None],
 ) -> None:
-    """Do the runs that are missing in the folder."""
+    """Do the runs that are missing in the folder, or their films."""
     rules = plans[0].rules
-    missing = [plan for plan in plans if not folder.has(plan.header)]
+    missing = [plan for plan in plans if not (folder.has(plan.header) and _is_filmed(folder, plan, record))]
     if missing:
         privileged = submission.id.privileged
         witness = Witness(privileged) if privileged else None
@@ -92,8 +96,21 @@ def _do(
         _put(folder, done.result, submission.id.latency_s, rules)
         tell(next(counted))
 
-    tasks = (RunTask(plan=plan, in_process=in_process) for plan in missing)
+    tasks = (RunTask(plan=plan, in_process=in_process, filmed=record) for plan in missing)
     run_tasks(run_task, tasks, engine=engine, workers=workers, done=told)
+
+
+def _is_filmed(folder: ResultFolder, plan: AnyPlan, wanted: bool) -> bool:
+    return not wanted or folder.film_path(plan.header.scenario).is_file()
+
+
+def _not_driven(suite: AnySuite) -> UsageError:
+    return UsageError(
+        where="--record",
+        found=f"suite {suite.name}, in which nothing is driven",
+        wanted="a suite for drivers",
+        todo="leave --record out",
+    )
 
 
 def evaluate_localization(
@@ -131,6 +148,8 @@ def evaluate_localization(
 def _put(folder: ResultFolder, run: RunFiles, latency_s: float, rules: Rules) -> None:
     """Write what a run left, its log last: a log that is there always has the rest."""
     write_file(folder.printed_path(run.scenario), run.printed)
+    if run.film:
+        write_file(folder.film_path(run.scenario), run.film)
     folder.put_failure(run.scenario, run.failure)
     timings = folder.timings() | {run.scenario: run.timing}
     write_file(folder.timing_path, to_json(timing_of(timings, latency_s, rules.control_period_s)))

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
+from adc_bench.evaluate.events import Event, events_of
 from adc_bench.evaluate.log import EpisodeLog, LocalizationLog, Row
 from adc_bench.evaluate.recorded_log import LocalizationRow
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.score import Episode
 from adc_bench.evaluate.summary import AnyEpisode
 from adc_bench.geometry import wrap_rad
-from adc_bench.leaderboard.events import Event, events_of
 
 Array = NDArray[np.float64]
 PERIOD_S = 0.25

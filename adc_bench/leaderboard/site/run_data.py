@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from adc_bench.evaluate.events import Event
 from adc_bench.evaluate.localization_score import LocalizationEpisode
 from adc_bench.evaluate.score import Episode
 from adc_bench.evaluate.suite import AnySuite, rules_for
-from adc_bench.leaderboard.events import Event
 from adc_bench.leaderboard.traces import Trace
 from adc_bench.world.robot import RobotParams
 
