@@ -49,7 +49,8 @@ def submission(
 
     loaded_suite = load_suite(suite)
     loaded = load_submission(submission, chosen, privileged, loaded_suite.kind)
-    tell_isolation("--privileged" if privileged else "--in-process" if in_process else None)
+    lent = loaded.id.privileged
+    tell_isolation(f"true {lent}" if lent else "--in-process" if in_process else None)
     with progress_bar("running", min(episodes or len(loaded_suite.seeds), len(loaded_suite.seeds))) as tell:
         result = evaluate_submission(
             loaded,

@@ -18,6 +18,7 @@ Name = Annotated[str, msgspec.Meta(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=
 Entry = Annotated[str, msgspec.Meta(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")]
 Latency = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 PACKAGE = Path(__file__).parents[1]
+ORACLE = "oracle"  # the reference with the true pose: how far a perfect localiser would come
 # What a built-in driver's digest leaves out: the rooms above this one, which no drive can reach (a contract of the
 # imports), and the suites' files, which lie in the package only where it is installed and have a digest of their own.
 NOT_DRIVING = ("cli", "leaderboard", "reproduce", "splits")
@@ -63,7 +64,7 @@ def load_submission(
 ) -> Submission:
     """Return the submission in a folder, or else the built-in one of that name and kind. Its code is not run here.
 
-    A built-in driver may be `privileged`.
+    A built-in driver may be `privileged`; the oracle is.
 
     Raises:
         UsageError: a folder's submission, or what is no driver, cannot be privileged.
@@ -102,6 +103,8 @@ def require_kind(submission: Submission, kind: Kind) -> None:
 def _built_in(name: str, options: dict[str, str], privileged: Privilege | None, kind: Kind) -> Submission:
     from adc_bench.reference import OF_KIND
 
+    if name == ORACLE and kind == "driver":
+        return _oracle(options, privileged)
     known = sorted(OF_KIND[kind])
     if name not in known:
         raise InputError(
@@ -120,6 +123,18 @@ def _built_in(name: str, options: dict[str, str], privileged: Privilege | None, 
     file = SubmissionFile(name=name, authors=("adc-bench",), kind=kind, entry="reference:built_in")
     submission = _submission(file, PACKAGE, options, is_built_in=True)
     return replace(submission, id=msgspec.structs.replace(submission.id, privileged=privileged))
+
+
+def _oracle(options: dict[str, str], privileged: Privilege | None) -> Submission:
+    if privileged:
+        raise UsageError(
+            where=f"--privileged {privileged}",
+            found="the oracle, which has the true pose",
+            wanted="a driver with layers of its own",
+            todo="leave --privileged out, or name the reference",
+        )
+    reference = _built_in("reference", options, "pose", "driver")
+    return replace(reference, id=msgspec.structs.replace(reference.id, name=ORACLE))
 
 
 def _submission(file: SubmissionFile, folder: Path, options: dict[str, str], *, is_built_in: bool) -> Submission:

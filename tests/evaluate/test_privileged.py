@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from made_runs import MakeSubmission
 
+from adc_bench.cli.main import main
+from adc_bench.dataset.layout import to_toml
 from adc_bench.errors import InputError, UsageError
 from adc_bench.evaluate.driving import agent_side, software
 from adc_bench.evaluate.episode import drive
@@ -19,6 +21,7 @@ from adc_bench.evaluate.submission import load_submission
 from adc_bench.evaluate.suite import Suite, rules_for, rules_id
 from adc_bench.evaluate.trace import Driven
 from adc_bench.evaluate.witness import Privilege, Witness
+from adc_bench.leaderboard.records import title
 from adc_bench.render import ArenaRenderer
 
 
@@ -68,6 +71,24 @@ def test_the_result_tells_it_and_is_not_eligible(setting_out: Suite, tmp_path: P
     with pytest.raises(InputError) as caught:
         evaluate_submission(load_submission("thesis", {}), ranked, tmp_path)
     assert "the runs of another submission" in str(caught.value)
+
+
+def test_the_oracle_is_the_reference_with_the_true_pose(
+    setting_out: Suite, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ranked = msgspec.structs.replace(setting_out, ranked=True, time_limit_s=0.5)
+    (tmp_path / "mine.toml").write_bytes(to_toml(msgspec.structs.replace(ranked, ranked=False)))
+    with pytest.raises(SystemExit) as done:
+        main(["evaluate", "submission", "oracle", "--suite", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "a")])
+    assert done.value.code == 0
+    assert "the submission is not in a sandbox (true pose)" in capsys.readouterr().err
+    result = evaluate_submission(load_submission("oracle", {}), ranked, tmp_path / "b")
+    assert (result.submission.name, result.submission.privileged, result.eligible) == ("oracle", "pose", False)
+    assert title(result.submission) == "oracle with true pose"
+    reference = evaluate_submission(load_submission("reference", {}, "pose"), ranked, tmp_path / "c")
+    assert reference.episodes == result.episodes
+    with pytest.raises(UsageError, match="the oracle, which has the true pose"):
+        load_submission("oracle", {}, "detections")
 
 
 def test_no_truth_is_lent_to_a_folder(submission_of: MakeSubmission) -> None:
