@@ -18,24 +18,22 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from adc_bench.api import Mission, Observation, Picture
+from adc_bench.api import Observation, Picture
 from adc_bench.dataset import load_split
 from adc_bench.evaluate.metrics import COVERED_NEES, nees, position_errors_m, rms
 from adc_bench.evaluate.rules import RULES
 from adc_bench.geometry import Pose2, wrap_array_rad, wrap_rad
 from adc_bench.render import ArenaRenderer
+from adc_bench.reproduce.laps import COURSE, START, mission
 from adc_bench.sim import Simulation
 from adc_bench.stack.edge_localizer import EdgeLocalizer
 from adc_bench.stack.localizer import Localizer
-from adc_bench.world.course import Course
 from adc_bench.world.look import draw_look
 from adc_bench.world.robot import Motion
 from adc_bench.world.scenario import Scenario
 from adc_bench.world.setup import draw_layout, set_up
 from adc_bench.world.streams import stream
 
-COURSE = Course(spec=RULES.course)
-START = Pose2(x_m=-0.65, y_m=-RULES.course.lane_outer_radius_m, yaw_rad=0.0)
 LEVELS = ("dark", "dim", "normal", "bright")
 STAND_S, WANDER_M, WANDER_MEMORY_M, DELAY_S = 2.0, 0.03, 1.5, 0.07
 
@@ -111,19 +109,8 @@ def recorded(
 
 def answers(drive: list, *, with_thesis: bool) -> Iterator[tuple[str, tuple]]:
     """Yield each localiser's name, poses (n, 3), covariances (n, 3, 3) and CPU times (n,)."""
-    mission = Mission(
-        name="localisation",
-        laps=2,
-        time_limit_s=600.0,
-        control_period_s=RULES.control_period_s,
-        latency_s=0.0,
-        start_pose=START,
-        course=RULES.course,
-        robot=RULES.robot,
-        rig=RULES.rig,
-        options={},
-    )
-    yield "reference", replayed(EdgeLocalizer(mission), drive, [0.0])
+    task = mission(laps=2)
+    yield "reference", replayed(EdgeLocalizer(task), drive, [0.0])
     if with_thesis:
         from adc_bench.detector import Detector, shipped_weights
 
@@ -135,7 +122,7 @@ def answers(drive: list, *, with_thesis: bool) -> Iterator[tuple[str, tuple]]:
             spent_s[0] += time.process_time() - begun
             return found
 
-        yield "thesis", replayed(Localizer(mission=mission, detect=detect), drive, spent_s)
+        yield "thesis", replayed(Localizer(mission=task, detect=detect), drive, spent_s)
 
 
 def replayed(localizer, drive: list, spent_s: list[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
