@@ -87,9 +87,7 @@ def test_what_a_localiser_is_told_is_what_arrived_at_each_step(sources: dict[Kin
     for name, mount in mounts.items():
         late_steps = round(mount.latency_s / 0.05 + 0.499)
         came = [each.sensed.step for each in shown if name in each.sensed.pictures]
-        assert came == [
-            step for step in range(20) if step >= late_steps and (step - late_steps) % mount.period_steps == 0
-        ]
+        assert came == list(range(late_steps, 20, mount.period_steps))
 
 
 @pytest.mark.parametrize(("kind", "factory"), [("localizer", "LocatedRaises"), ("detector", "FinderRaises")])
@@ -99,9 +97,8 @@ def test_bytes_are_equal_however_a_run_is_done(
     submission, suite = make(kind, factory), SUITES[kind]
     evaluate_submission(submission, suite, tmp_path / "plain", rules=hasty)
     evaluate_submission(submission, suite, tmp_path / "two", rules=hasty, workers=2)
-    evaluate_submission(submission, suite, tmp_path / "in", rules=hasty, in_process=True)
     plain = scored(tmp_path / "plain")
-    assert scored(tmp_path / "two") == plain == scored(tmp_path / "in")
+    assert scored(tmp_path / "two") == plain
     first, second = sorted((tmp_path / "two" / "episodes").iterdir())
     first.unlink()
     second.write_bytes(second.read_bytes()[:-9])
@@ -109,7 +106,7 @@ def test_bytes_are_equal_however_a_run_is_done(
         evaluate_submission(submission, suite, tmp_path / "two", rules=hasty)
     second.unlink()
     evaluate_submission(submission, suite, tmp_path / "two", episodes=1, rules=hasty)
-    result = evaluate_submission(submission, suite, tmp_path / "two", rules=hasty)
+    result = evaluate_submission(submission, suite, tmp_path / "two", rules=hasty, in_process=True)
     assert scored(tmp_path / "two") == plain
     assert rescore(tmp_path / "two", hasty) == result
     assert {(run.status, run.reason) for run in result.episodes} == {("agent-failed", Reason.STEP_RAISED)}
