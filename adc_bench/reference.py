@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from adc_bench.api import Agent, Kind, Mission, PictureDetector
 from adc_bench.errors import UsageError
 from adc_bench.stack import Driver, StandStill
+from adc_bench.stack.caution import carefully
 from adc_bench.stack.conduct import AfterArrow, Conduct
 from adc_bench.stack.driver import Localizing
 from adc_bench.stack.edge_localizer import EdgeLocalizer
@@ -42,7 +43,7 @@ PILOTS: Mapping[str, Callable[..., Pilot[Any]]] = {"pid": HeadingPilot, "lineari
 
 def reference(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     """Return the best driver here: the map's paint edges for its place, a rounded line at the robot's limits,
-    the panels' orders, parking.
+    the panels' orders, boxes, road-works, parking; slower where it doubts its place.
 
     Options: `weights` (a file), `speed_mps` (the greatest speed).
     """
@@ -52,6 +53,7 @@ def reference(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
         layers.detect or _detect(options),
         layers.localizer or (lambda mission: EdgeLocalizer(mission=mission)),
         lambda mission: _reference_conduct(mission, speed_mps),
+        carefully,
     )
 
 

@@ -1,10 +1,13 @@
-"""The driver: steers by where its localiser has it, as its conduct says, which it shows the panels."""
+"""The driver: steers by where its localiser has it, as its conduct says, which it shows the panels, and at the share of
+its speed that caution leaves.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeVar
 
 from adc_bench.api import Command, Mission, Observation
+from adc_bench.stack.caution import at_full_speed
 from adc_bench.stack.conduct import Conduct
 from adc_bench.stack.ekf import Belief
 from adc_bench.stack.localizer import Detect
@@ -54,8 +57,10 @@ class Driver(Generic[Place, Progress]):
         detect: Detect,
         localizer: Callable[[Mission], Localizing[Place]],
         conduct: Callable[[Mission], Conduct[Progress]],
+        caution: Callable[[Belief], float] = at_full_speed,
     ) -> None:
         self._detect, self._make_localizer, self._make_conduct = detect, localizer, conduct
+        self._caution = caution
 
     def start(self, mission: Mission) -> None:
         """Take the mission's map, robot and rig."""
@@ -100,7 +105,9 @@ class Driver(Generic[Place, Progress]):
         """Return the state after sending the next command, and that."""
         robot, period_s = self._mission.robot, self._mission.control_period_s
         pose, motion = when_acting(state.under_way, robot, state.place.belief.pose, period_s)
-        progress, command = self._conduct.steer(state.progress, pose, motion)
+        progress, wanted = self._conduct.steer(state.progress, pose, motion)
+        share = self._caution(state.place.belief)
+        command = Motion(v_mps=share * wanted.v_mps, omega_radps=share * wanted.omega_radps)
         return replace(state, progress=progress, under_way=send(state.under_way, robot, command, period_s)), command
 
 

@@ -2,11 +2,13 @@
 
 One step: new samples go onto the tape; the estimate is moved to the picture's time and corrected by it; the pose is
 moved on from there to now. A picture that arrives late finds the estimate where it was taken, for the tape holds what
-came since.
+came since. Pictures running that show edges, but not where they should be, add to the doubt, and after a few of them
+the robot is looked for round about.
 """
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from adc_bench.stack.birds_eye import BirdsEye
 from adc_bench.stack.edge_fit import EdgeFit, EdgeFitParams, fit_edges, offset_jacobian
 from adc_bench.stack.edge_search import EdgeSearchParams, expect_edges, find_edges
 from adc_bench.stack.ekf import Belief
+from adc_bench.stack.lost import LostParams, guessed, next_guesses
 from adc_bench.stack.paint_edges import paint_edges
 from adc_bench.stack.pose_filter import Estimate, MotionNoise, StartSpread, predict, start_estimate, widened
 from adc_bench.stack.travel import Reached, Tape, forget, record, travel
@@ -56,14 +59,16 @@ class EdgeLocalizerParams:
     noise: MotionNoise = field(default_factory=MotionNoise)
     search: EdgeSearchParams = field(default_factory=EdgeSearchParams)
     fit: EdgeFitParams = field(default_factory=EdgeFitParams)
+    lost: LostParams = field(default_factory=LostParams)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EdgeState:
     """The estimate at the last picture, what encoders and gyro said since then, and the estimate now.
 
-    `used` is the last picture that was believed, `way_m` how far the robot has come since. `fit` is what the picture of
-    this step said; None where none came or it was not believed.
+    `used` is the last picture that was believed, `way_m` how far the robot has come since, and `contradicted` how many
+    came since that showed edges elsewhere. `fit` is what the picture of this step said; None where none came or it was
+    not believed.
     """
 
     settled: Estimate
@@ -72,6 +77,7 @@ class EdgeState:
     way_m: float
     tape: Tape = field(default_factory=Tape)
     used: NDArray[np.uint8] | None = None
+    contradicted: int = 0
     fit: EdgeFit | None = None
 
     @property
@@ -122,13 +128,30 @@ class EdgeLocalizer:
         if state.used is not None and state.way_m > p.stuck_m and np.array_equal(road.rgb, state.used):
             return state
         news = min(max(state.way_m / p.place_m, p.least_news), 1.0)
-        fit = self._fit(state.settled, road.rgb, news)
-        if fit is None or fit.squared_distance > p.surprise * fit.freedoms:
-            fit = self._fit(widened(state.settled, p.astray_m, p.astray_rad), road.rgb, news)
-        return state if fit is None else replace(state, settled=fit.estimate, way_m=0.0, used=road.rgb, fit=fit)
+        sight = self._compare(state.settled, road.rgb, news)
+        if not self._is_believed(sight) or sight.fit.squared_distance > p.surprise * sight.fit.freedoms:
+            sight = self._compare(widened(state.settled, p.astray_m, p.astray_rad), road.rgb, news)
+        if sight is None:
+            return state
+        return _corrected(state, road, sight) if self._is_believed(sight) else self._search(state, road, news)
 
-    def _fit(self, estimate: Estimate, rgb: NDArray[np.uint8], news: float) -> EdgeFit | None:
-        """Return what a picture (height, width, 3) says, or None where too few of the expected edges agree."""
+    def _search(self, state: EdgeState, road: Picture, news: float) -> EdgeState:
+        """Return the state after a picture that contradicts it: in more doubt, or where a guess agrees."""
+        lost = self._params.lost
+        settled = widened(state.settled, lost.doubt_m, lost.doubt_rad)
+        state = replace(state, settled=settled, contradicted=state.contradicted + 1)
+        guesses = next_guesses(state.contradicted, lost)
+        sights = [self._compare(guessed(settled, guess), road.rgb, news) for guess in guesses]
+        agreeing = [sight for sight in sights if sight is not None and sight.agrees_with(lost)]
+        best = max(agreeing, key=lambda sight: sight.fit.agreeing / sight.expected, default=None)
+        return state if best is None else _corrected(state, road, best)
+
+    def _is_believed(self, sight: "_Sight | None") -> TypeGuard["_Sight"]:
+        p = self._params
+        return sight is not None and sight.fit.agreeing >= max(p.least_edges, p.least_share * sight.expected)
+
+    def _compare(self, estimate: Estimate, rgb: NDArray[np.uint8], news: float) -> "_Sight | None":
+        """Return what a picture (height, width, 3) says; None where too few of the expected edges are found."""
         p = self._params
         eye = BirdsEye(mount=self._mission.rig.camera("road"), tilt_rad=estimate.tilt_rad)
         pose = estimate.belief.pose
@@ -139,4 +162,20 @@ class EdgeLocalizer:
         if len(offsets_m) < p.least_edges:
             return None
         fit = fit_edges(estimate, expected.of(found), offsets_m, jacobian[found], news, p.fit)
-        return fit if fit.agreeing >= max(p.least_edges, p.least_share * len(found)) else None
+        return _Sight(fit=fit, expected=len(found))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Sight:
+    """What a picture says: the fit to the edges found in it, and how many were expected."""
+
+    fit: EdgeFit
+    expected: int
+
+    def agrees_with(self, lost: LostParams) -> bool:
+        """Return whether so much agrees that a guess is believed."""
+        return self.fit.agreeing >= max(lost.least_edges, lost.least_share * self.expected)
+
+
+def _corrected(state: EdgeState, road: Picture, sight: _Sight) -> EdgeState:
+    return replace(state, settled=sight.fit.estimate, way_m=0.0, used=road.rgb, contradicted=0, fit=sight.fit)
