@@ -42,10 +42,14 @@ def scan_points(scan: LaserScan, spec: LaserSpec) -> Array:
 
 
 def clusters(scan: LaserScan, spec: LaserSpec) -> tuple[Cluster, ...]:
-    """Return the scan's clusters from right to left: points go together whose neighbours are nearer than a gap that
-    grows with the distance.
+    """Return the scan's clusters from right to left."""
+    return clustered(scan_points(scan, spec), spec)
+
+
+def clustered(points: Array, spec: LaserSpec) -> tuple[Cluster, ...]:
+    """Return the clusters of a scan's points (n, 2), both from right to left: points go together whose neighbours are
+    nearer than a gap that grows with the distance.
     """
-    points = scan_points(scan, spec)
     if not len(points):
         return ()
     gaps = np.hypot(*np.diff(points, axis=0).T)

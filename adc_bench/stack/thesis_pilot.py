@@ -2,7 +2,8 @@
 
 Before a crosswalk without an order the speed goes to zero at once, where braking ends in the stop zone. Where a mission
 may hold boxes or road-works, the rule of section 6.4 steers while it is active. The thesis lets the lane choose the
-side: here what stands right of the road's middle is passed on the left, all else on the right.
+side: here what stands right of the road's middle is passed on the left, all else on the right. What stands beside the
+road is left out: in a bend the wall of a tunnel ahead would be gone round too.
 """
 
 import math
@@ -10,9 +11,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from adc_bench.api import LaserScan, Mission
-from adc_bench.geometry import Pose2, wrap_rad
+from adc_bench.geometry import Path, Pose2, wrap_rad
 from adc_bench.stack.avoidance import AvoidanceParams, Avoiding, Side, ahead, avoid
-from adc_bench.stack.laser_clusters import Cluster, clusters
+from adc_bench.stack.laser_clusters import Array, Cluster, clustered, scan_points
 from adc_bench.stack.legs import Leg, half_lap_leg, last_leg, stop_before_m, way_of
 from adc_bench.stack.orders import OrdersState, look, loop_behind, take_order
 from adc_bench.stack.orders_pilot import LOOK_FROM_M
@@ -25,6 +26,7 @@ from adc_bench.world.robot import Motion
 from adc_bench.world.route import Way
 
 AHEAD_M = 1.0  # of the robot on the lane: the direction that must be free for the avoidance to end
+ROAD_M = 4.0  # of the lane, before and behind, to which what the laser meets may belong
 BLIND_S = 0.3  # without a scan for so long it goes round nothing any farther, but stands
 
 
@@ -92,22 +94,30 @@ class ThesisPilot:
             return replace(state, parking=self._parking.see(state.parking, pose, scan))
         if laser is None or state.leg is None or not self._goes_round:
             return state
-        found, lane, avoiding = clusters(scan, laser), state.leg.lane, state.avoiding
-        if not avoiding.active:
-            avoiding = Avoiding(side=self._side(found, pose, state.leg, state.follower.s_m))
-        goal = lane.pose(progress(state.follower.s_m, pose, lane) + AHEAD_M)
+        lane, s_m = state.leg.lane, progress(state.follower.s_m, pose, state.leg.lane)
+        found = clustered(self._on_road(scan_points(scan, laser), pose, lane, s_m), laser)
+        avoiding = state.avoiding if state.avoiding.active else Avoiding(side=self._side(found, pose, lane, s_m))
+        goal = lane.pose(s_m + AHEAD_M)
         path_rad = wrap_rad(math.atan2(goal.y_m - pose.y_m, goal.x_m - pose.x_m) - pose.yaw_rad)
         avoiding, command = avoid(avoiding, found, path_rad, scan.time_s, self.avoidance)
         return replace(state, avoiding=avoiding, around=command, blind_steps=0)
 
-    def _side(self, found: tuple[Cluster, ...], pose: Pose2, leg: Leg, s_m: float) -> Side:
+    def _on_road(self, points: Array, pose: Pose2, lane: Path, s_m: float) -> Array:
+        """Return those of the points (n, 2), seen from the robot, that stand on one of the road's two lanes."""
+        _, offset_m = lane.project(pose.transform(points), around_s_m=s_m, window_m=ROAD_M)
+        return points[(-self._lane_m / 2 < offset_m) & (offset_m < 1.5 * self._lane_m)]
+
+    def _side(self, found: tuple[Cluster, ...], pose: Pose2, lane: Path, s_m: float) -> Side:
         """Return on which hand to pass what is nearest ahead."""
         point = ahead(found, self.avoidance)
         if point is None:
             return "left"
-        course = self.mission.course
-        _, offset_m = leg.lane.project(pose.transform([point]), around_s_m=s_m, window_m=self.avoidance.near_m + 1.0)
-        return "left" if offset_m[0] < (course.radius_outer_m - course.radius_centre_m) / 2 else "right"
+        _, offset_m = lane.project(pose.transform([point]), around_s_m=s_m, window_m=ROAD_M)
+        return "left" if offset_m[0] < self._lane_m / 2 else "right"
+
+    @property
+    def _lane_m(self) -> float:
+        return self.mission.course.radius_outer_m - self.mission.course.radius_centre_m
 
     def steer(self, state: ThesisProgress, pose: Pose2, motion: Motion) -> tuple[ThesisProgress, Motion]:
         """Return the next state and the command."""

@@ -50,6 +50,16 @@ def test_the_lane_in_which_a_box_stands_chooses_the_side(left_m: float, turns: i
     assert command.v_mps < 1.0
 
 
+@pytest.mark.parametrize("left_m", [-0.7, 1.5], ids=["right of the road", "left of the road"])
+def test_what_stands_beside_the_road_is_not_gone_round(left_m: float) -> None:
+    """A wall that leads across the way ahead, but not over the road."""
+    task = mission_for(load_suite("dev-d3"), latency_s=0.0, options={})
+    hall = Hall([thing(START.x_m + 1.8, START.y_m + left_m, 0.6, 0.5)])
+    pilot, state = begun(task)
+    state = pilot.see(state, START, hall.scan(START))
+    assert pilot.steer(state, START, Motion())[1].v_mps == 1.0
+
+
 def test_a_mission_without_things_to_go_round_looks_at_no_scan() -> None:
     task = mission_for(load_suite("dev-d2"), latency_s=0.0, options={})
     hall = Hall([thing(START.x_m + 1.5, START.y_m, 0.6, 0.6)])
