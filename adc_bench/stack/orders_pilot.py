@@ -17,6 +17,7 @@ from adc_bench.stack.laser_clusters import scan_points
 from adc_bench.stack.legs import Leg, half_lap_leg, last_leg, stop_before_m, way_of
 from adc_bench.stack.obstacle_map import ObstacleMap, see
 from adc_bench.stack.orders import OrdersState, look, loop_behind, take_order
+from adc_bench.stack.panel import uncut
 from adc_bench.stack.parking import ParkingPilot, ParkingState
 from adc_bench.stack.pilots import BEYOND_FINISH_M
 from adc_bench.stack.sign_reading import SignParams, SignsState, read_signs
@@ -78,7 +79,7 @@ class OrdersPilot:
     def look(self, state: OrdersProgress, pose: Pose2, detections: Detections) -> OrdersProgress:
         """Return the state after a picture by the panels' camera, taken at this pose."""
         if self._comes_to_panel(state):
-            state = replace(state, orders=look(state.orders, detections))
+            state = replace(state, orders=look(state.orders, uncut(detections, self._mount)))
         if not self._reads_signs or state.leg is None or state.timetable is None:
             return state
         line, mount = state.timetable.line, self._mount

@@ -1,9 +1,12 @@
-"""Reading the signal panel: a sign counts once it was seen in enough pictures running."""
+"""Reading the signal panel: a sign counts once it was seen in enough pictures running, and none that is cut off."""
 
 from dataclasses import dataclass, replace
 
 from adc_bench.world.categories import CATEGORY_ID, PANEL_SIGNS, PanelSign
 from adc_bench.world.frame import Detections
+from adc_bench.world.sensors import CameraMount
+
+SIDE_PX = 3.0  # a box that ends so near to a side of the picture is cut off there
 
 SIGN_OF_CATEGORY: dict[int, PanelSign] = {CATEGORY_ID[f"panel_{sign}"]: sign for sign in PANEL_SIGNS}
 
@@ -23,6 +26,12 @@ class PanelReading:
     sign: PanelSign | None = None
     candidate: PanelSign | None = None
     count: int = 0
+
+
+def uncut(detections: Detections, mount: CameraMount) -> Detections:
+    """Return the detections that no side of the picture cuts off: half a sign is easily another one."""
+    left, right = detections.boxes_px[:, 0], detections.boxes_px[:, 2]
+    return detections.of((left > SIDE_PX) & (right < mount.width_px - SIDE_PX))
 
 
 def seen_sign(detections: Detections, least_score: float) -> PanelSign | None:

@@ -1,6 +1,6 @@
 """Frames with their truth, and what a detector says about a picture."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import msgspec
 import numpy as np
@@ -125,3 +125,7 @@ class Detections:
     keypoints_px: NDArray[np.float32]
     keypoint_sigma_px: NDArray[np.float32]
     keypoint_scores: NDArray[np.float32]
+
+    def of(self, chosen: NDArray[np.bool_]) -> "Detections":
+        """Return some of them."""
+        return Detections(**{field.name: getattr(self, field.name)[chosen] for field in fields(self)})

@@ -1,8 +1,12 @@
-import numpy as np
+from dataclasses import replace
 
-from adc_bench.stack.panel import PanelReading, read_panel
+import numpy as np
+import pytest
+
+from adc_bench.stack.panel import PanelReading, read_panel, uncut
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.frame import Detections
+from adc_bench.world.sensors import SensorRig
 
 
 def picture(*seen: tuple[str, float]) -> Detections:
@@ -14,6 +18,16 @@ def picture(*seen: tuple[str, float]) -> Detections:
         keypoint_sigma_px=np.ones((len(seen), 4), dtype=np.float32),
         keypoint_scores=np.zeros((len(seen), 4), dtype=np.float32),
     )
+
+
+def test_a_panel_that_a_side_of_the_picture_cuts_off_is_not_read() -> None:
+    mount = SensorRig().camera("panel")
+    seen = replace(
+        picture(("panel_left", 0.9), ("panel_right", 0.8), ("panel_up", 0.5)),
+        boxes_px=np.array([[302, 140, 320, 155], [0, 140, 20, 155], [140, 140, 170, 155]], dtype=np.float32),
+    )
+    np.testing.assert_array_equal(uncut(seen, mount).category_ids, [CATEGORY_ID["panel_up"]])
+    assert uncut(seen, mount).scores == pytest.approx([0.5])
 
 
 def reading_after(*pictures: Detections) -> PanelReading:
