@@ -9,7 +9,7 @@ import jsonschema
 import msgspec
 import numpy as np
 import pytest
-from made_board import TIMING
+from made_board import written
 from made_recordings import few_pictures, label, pictures_log, straight_log
 
 from adc_bench import leaderboard
@@ -19,9 +19,7 @@ from adc_bench.errors import InputError
 from adc_bench.evaluate.detection_score import detections_of, score_detection
 from adc_bench.evaluate.ending import Reason
 from adc_bench.evaluate.localization_score import score_localization
-from adc_bench.evaluate.log import AnyLog, write_log
 from adc_bench.evaluate.recorded_suite import DetectionSuite, LocalizationSuite
-from adc_bench.evaluate.results import result_of, to_json
 from adc_bench.evaluate.rules import RULES
 from adc_bench.evaluate.run import rescore
 from adc_bench.evaluate.suite import load_suite, rules_id
@@ -124,14 +122,6 @@ def test_a_detector_that_fails_has_found_nothing() -> None:
     episode = score_detection(log)
     assert episode.failed
     assert (episode.detection.map, episode.detection.precision, episode.detection.recall) == (0.0, None, 0.0)
-
-
-def written(folder: Path, logs: Sequence[AnyLog]) -> Path:
-    for log in logs:
-        write_log(folder / "episodes" / f"{log.header.scenario}.jsonl", log.header, log.rows, log.ending)
-    (folder / "timing.json").write_text(json.dumps(TIMING))
-    (folder / "result.json").write_bytes(to_json(result_of(logs, len(logs))))
-    return folder
 
 
 @pytest.fixture(scope="module")

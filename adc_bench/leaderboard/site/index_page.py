@@ -27,7 +27,6 @@ METRICS: Mapping[Kind, tuple[str, ...]] = {
         "position_p95_m",
         "heading_rmse_rad",
         "ate_rmse_m",
-        "rpe_rmse_m",
         "nees_mean",
         "coverage",
         "dead_reckoning_rmse_m",

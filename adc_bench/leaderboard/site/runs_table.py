@@ -15,11 +15,13 @@ DRIVING = ("run", "ended", "light", "points", "driving score", "completion", "ru
 LOCALIZATION = ("run", "ended", "light", "driven", "how", "way", "position RMSE", "95th percentile", "NEES", "coverage")
 DETECTION = ("run", "ended", "pictures", "objects", "mAP", "AP50", "precision", "recall", "corner error")
 
+HEADS = {Episode: DRIVING, LocalizationEpisode: LOCALIZATION, DetectionEpisode: DETECTION}
+IN_WORDS = ("run", "ended", "light", "driven", "how", "faults")
+
 
 def runs_table(episodes: Sequence[AnyEpisode]) -> str:
     """Return the table; a run with a path links to its replay."""
-    head = {Episode: DRIVING, LocalizationEpisode: LOCALIZATION, DetectionEpisode: DETECTION}[type(episodes[0])]
-    cells = "".join(f'<th scope="col">{name}</th>' for name in head)
+    cells = "".join(f'<th scope="col"{_style(name)}>{name}</th>' for name in HEADS[type(episodes[0])])
     return (
         '<div class="wide" tabindex="0" role="region" aria-label="Runs"><table class="runs">'
         f"<thead><tr>{cells}</tr></thead><tbody>{''.join(map(_row, episodes))}</tbody></table></div>"
@@ -30,9 +32,18 @@ def _row(episode: AnyEpisode) -> str:
     name = escape(episode.scenario)
     if not isinstance(episode, DetectionEpisode):
         name = f'<a href="#run-{name}">{name}</a>'
-    ended = f'<td><span class="status {_grade(episode)}">{escape(episode.reason.replace("-", " "))}</span></td>'
-    cells = "".join(f"<td>{escape(cell)}</td>" for cell in _cells(episode))
+    ended = f'<td class="words"><span class="status {_grade(episode)}">{escape(_words(episode.reason))}</span></td>'
+    told = zip(HEADS[type(episode)][2:], _cells(episode), strict=True)
+    cells = "".join(f"<td{_style(head)}>{escape(cell)}</td>" for head, cell in told)
     return f'<tr><th scope="row">{name}</th>{ended}{cells}</tr>'
+
+
+def _style(head: str) -> str:
+    return ' class="words"' if head in IN_WORDS else ""
+
+
+def _words(name: str) -> str:
+    return name.replace("-", " ").replace("_", " ")
 
 
 def _grade(episode: AnyEpisode) -> str:
@@ -73,8 +84,8 @@ def _localization(episode: LocalizationEpisode) -> tuple[str, ...]:
     errors = episode.localization
     return (
         episode.light_level,
-        episode.mission.replace("_", " "),
-        episode.behaviour.replace("_", " "),
+        _words(episode.mission),
+        _words(episode.behaviour),
         f"{episode.distance_m:.1f} m",
         _position(errors),
         DASH if errors is None else f"{errors.position_p95_m:.4f} m",
@@ -88,5 +99,5 @@ def _position(errors: Localization | None) -> str:
 
 
 def _faults(episode: Episode) -> str:
-    counts = Counter(fault.kind.replace("_", " ") for fault in episode.faults)
+    counts = Counter(_words(fault.kind) for fault in episode.faults)
     return ", ".join(f"{count} × {kind}" for kind, count in counts.items()) or "none"
