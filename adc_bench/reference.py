@@ -21,6 +21,7 @@ from adc_bench.stack.localizer import Detect, Localizer, LocalizerParams
 from adc_bench.stack.lone_localizer import LoneLocalizer
 from adc_bench.stack.orders_pilot import OrdersPilot
 from adc_bench.stack.pilots import HeadingPilot, LinePilot, Pilot, TrajectoryPilot
+from adc_bench.stack.second_look import SecondLook
 from adc_bench.stack.thesis_pilot import ThesisPilot
 from adc_bench.world.frame import Detections
 
@@ -50,7 +51,7 @@ def reference(options: Options, layers: Layers = OWN_LAYERS) -> Agent:
     _refuse_unknown(options, known=("weights", "speed_mps"))
     speed_mps = _number(options, "speed_mps", default=REFERENCE_SPEED_MPS)
     return Driver(
-        layers.detect or _detect(options),
+        layers.detect or SecondLook(detect=_detect(options)),
         layers.localizer or (lambda mission: EdgeLocalizer(mission=mission)),
         lambda mission: _reference_conduct(mission, speed_mps),
         carefully,
