@@ -50,5 +50,5 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     pixels_limit_s: float = 90.0
     approach_step_m: float = 0.1
     approach_lights: tuple[LightLevel, ...] = ("dark", "normal", "bright")
-    boxes_s_m: tuple[tuple[float, ...], ...] = ((3.0,), (2.2, 5.2), (2.0, 5.0, 9.0))
+    boxes_s_m: tuple[tuple[float, ...], ...] = ((3.0,), (2.2, 5.2), (3.0, 11.0, 23.0))
     boxes_speed_mps: float = 0.5

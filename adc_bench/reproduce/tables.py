@@ -94,7 +94,8 @@ CROSSWALK_NOTE = (
 )
 AVOIDANCE_NOTE = (
     "True pose and laser. The rule of the thesis, its distance counted from 35 cm off so that the robot's body has "
-    "room; the PID at its own speed between the boxes. Least distance of the robot's outline to a box."
+    "room, and the side chosen by the lane; the PID at its own speed between the boxes. Least distance of the robot's "
+    "outline to a box."
 )
 
 
