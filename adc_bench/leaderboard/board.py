@@ -14,7 +14,8 @@ from adc_bench.dataset.layout import write_file
 from adc_bench.errors import InputError
 from adc_bench.evaluate.folder import ResultFolder
 from adc_bench.evaluate.log import DetectionLog
-from adc_bench.evaluate.results import Result, Timing, to_json
+from adc_bench.evaluate.results import Result, Timing, timing_of, to_json
+from adc_bench.evaluate.rules import RULES
 from adc_bench.evaluate.run import result_in
 from adc_bench.evaluate.suite import RulesId, load_suite, rules_id
 from adc_bench.evaluate.summary import summary_of
@@ -33,7 +34,8 @@ def add(folder: Path, board: Path, *, unranked: bool = False) -> Entry:
 
     Raises:
         InputError: the folder holds no whole, eligible result of these rules, the submission was not shut away or
-            slower than it says, or the figures are not what the logs say.
+            slower than it says, the figures are not what the logs say, or the logs are not those of the planned runs,
+            each once, by one version of everything.
     """
     path = folder / "result.json"
     result, timing = _read(path, Result), _read(folder / "timing.json", Timing)
@@ -43,7 +45,7 @@ def add(folder: Path, board: Path, *, unranked: bool = False) -> Entry:
         wanted = "every run of a ranked suite, without --set and --privileged"
         raise _refused(path, found, wanted, "drive the whole suite as shipped; a whole result can be shown --unranked")
     if not unranked:
-        _check_timing(folder / "timing.json", timing)
+        _check_timing(folder / "timing.json", timing, result)
     _check_rules(path, result.suite, result.rules)
     if to_json(result_in(folder)) != to_json(result):
         found, wanted = "figures that the logs do not give", "those of `adc-bench rescore`"
@@ -164,8 +166,8 @@ def _check_rules(path: Path, suite: str, rules: RulesId) -> None:
         raise _refused(path, found, wanted, "drive the suite again; take an older entry out of the leaderboard")
 
 
-def _check_timing(path: Path, timing: Timing) -> None:
-    """Raise InputError unless the submission was shut away, and as quick as it says."""
+def _check_timing(path: Path, timing: Timing, result: Result) -> None:
+    """Raise InputError unless the submission was shut away, and as quick as it says, in each of its runs."""
     latency = timing.latency
     if timing.isolation != "bubblewrap":
         found, wanted = f"isolation {timing.isolation}", "bubblewrap: a submission shut away from the simulator"
@@ -174,6 +176,13 @@ def _check_timing(path: Path, timing: Timing) -> None:
         found = f"steps of {latency.measured_p95_s:.3f} s (95th percentile)"
         wanted = f"at most {latency.allowed_s:.3f} s"
         raise _refused(path, found, wanted, "declare a larger latency_s, or drive on an idle machine")
+    runs = {episode.scenario for episode in result.episodes}
+    if timing.episodes.keys() != runs:
+        found = f"the times of other runs ({len(runs & timing.episodes.keys())} of {len(runs)} are the result's)"
+        raise _refused(path, found, "those of each of its runs", "drive the suite into one folder")
+    if timing != timing_of(timing.episodes, result.submission.latency_s, RULES.control_period_s):
+        found, wanted = "a verdict that the runs' times do not give", "the one that the drive wrote"
+        raise _refused(path, found, wanted, "drive again")
 
 
 def _refused(path: Path, found: str, wanted: str, todo: str) -> InputError:

@@ -3,22 +3,16 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import msgspec
-from made_runs import along_lap, header_of, log_of
+from made_runs import PERIOD_S, along_lap, header_of, log_of
 
 from adc_bench.evaluate.ending import Ending, Reason
 from adc_bench.evaluate.log import EpisodeLog, Hit, write_log
-from adc_bench.evaluate.results import result_of, to_json
+from adc_bench.evaluate.results import episode_timing, result_of, timing_of, to_json
 from adc_bench.evaluate.suite import load_suite
 
-TIMING: dict[str, Any] = {
-    "schema": "adc-bench-timing-1",
-    "isolation": "bubblewrap",
-    "latency": {"declared_s": 0.0, "allowed_s": 0.05, "measured_p95_s": 0.01, "verdict": "within"},
-    "episodes": {},
-}
+COMPUTE_S = (0.005, 0.01, 0.01)  # of the steps of every run
 SHOUT = 'ValueError: </script><img src="x" onerror="alert(1)">'
 SPEED_MPS = 3.0
 
@@ -68,6 +62,7 @@ def cut(log: EpisodeLog, steps: int) -> EpisodeLog:
 def written(folder: Path, logs: Sequence[EpisodeLog]) -> Path:
     for log in logs:
         write_log(folder / "episodes" / f"{log.header.scenario}.jsonl", log.header, log.rows, log.ending)
-    (folder / "timing.json").write_text(json.dumps(TIMING))
+    runs = {log.header.scenario: episode_timing(9.0, log.rows[-1].time_s, COMPUTE_S, "bubblewrap") for log in logs}
+    (folder / "timing.json").write_text(json.dumps(msgspec.to_builtins(timing_of(runs, 0.0, PERIOD_S))))
     (folder / "result.json").write_bytes(to_json(result_of(logs, len(logs))))
     return folder

@@ -1,5 +1,6 @@
 """The leaderboard, fed with result folders of runs made by hand."""
 
+import hashlib
 import json
 import shutil
 from pathlib import Path
@@ -12,6 +13,7 @@ from adc_bench import leaderboard
 from adc_bench.cli.main import main
 from adc_bench.errors import InputError
 from adc_bench.evaluate.rules import RULES
+from adc_bench.evaluate.run import rescore
 from adc_bench.evaluate.statistics import Statistic, compare
 from adc_bench.leaderboard.ranking import places
 from adc_bench.leaderboard.records import title
@@ -129,6 +131,9 @@ def spoil(folder: Path, tmp_path: Path, name: str, old: str, new: str) -> Path:
         ("timing.json", '"bubblewrap"', '"none"', "isolation none"),
         ("timing.json", '"bubblewrap"', '"in-process"', "isolation in-process"),
         ("timing.json", '"within"', '"exceeded"', "steps of 0.010 s (95th percentile)"),
+        ("timing.json", '"d1-7004"', '"d1-7000"', "the times of other runs (9 of 10 are the result's)"),
+        ("timing.json", '"measured_p95_s": 0.01', '"measured_p95_s": 0.001', "a verdict that the runs' times do not"),
+        ("timing.json", '"agent_p95_s": 0.01', '"agent_p95_s": 0.2', "a verdict that the runs' times do not give"),
     ],
 )
 def test_what_cannot_be_added(
@@ -152,6 +157,67 @@ def test_a_missing_run_cannot_be_added_at_all(results: dict[str, Path], tmp_path
     copy = spoil(results["quick"], tmp_path, "result.json", '"completed": 10', '"completed": 9')
     with pytest.raises(InputError, match=r"not eligible \(9 of 10 runs\)"):
         leaderboard.add(copy, tmp_path / "board", unranked=True)
+
+
+def log_file(folder: Path, seed: int) -> Path:
+    return folder / "episodes" / f"d1-{seed}.jsonl"
+
+
+def refusal(folder: Path, board: Path) -> str:
+    """Return why neither the leaderboard nor a new score takes a folder."""
+    told = []
+    for refused in (lambda: leaderboard.add(folder, board), lambda: rescore(folder)):
+        with pytest.raises(InputError) as caught:
+            refused()
+        told.append(caught.value.found)
+    assert told[0] == told[1]
+    return told[0]
+
+
+def test_a_folder_with_a_gap_is_no_result(results: dict[str, Path], tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(results["quick"], tmp_path / "copy"))
+    log_file(copy, 7004).unlink()
+    with pytest.raises(InputError, match="figures that the logs do not give"):
+        leaderboard.add(copy, tmp_path / "board")
+    result = rescore(copy)
+    assert (result.status, result.eligible, result.completed) == ("aborted", False, 9)
+    for unranked in (False, True):
+        with pytest.raises(InputError, match=r"not eligible \(9 of 10 runs\)"):
+            leaderboard.add(copy, tmp_path / "board", unranked=unranked)
+    (copy / "result.json").unlink()
+    assert rescore(copy).planned == 10, "a folder without a result is measured by its suite"
+
+
+def test_a_run_that_stands_there_twice_is_refused(results: dict[str, Path], tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(results["quick"], tmp_path / "copy"))
+    log_file(copy, 7004).write_bytes(log_file(copy, 7003).read_bytes())
+    assert refusal(copy, tmp_path / "board") == "the log of d1-7003, once more"
+    log_file(copy, 7004).unlink()
+    log_file(copy, 7011).write_bytes(log_file(copy, 7003).read_bytes())
+    assert refusal(copy, tmp_path / "board") == "the log of none of the planned runs"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"software":{"adc_bench":"0"}', '"software":{"adc_bench":"1"}'),
+        ('"name":"quick"', '"name":"slick"'),
+        (f'"sha256":"{"0" * 64}"', f'"sha256":"{"1" * 64}"'),
+        ('"time_limit_s":180.0', '"time_limit_s":181.0'),
+        (f'"id":"{RULES.id}"', '"id":"adc-bench-0"'),
+    ],
+    ids=["software", "submission", "code", "suite", "rules"],
+)
+def test_runs_of_several_versions_are_refused(old: str, new: str, results: dict[str, Path], tmp_path: Path) -> None:
+    """The log is sound in itself: sealed by whoever wrote it."""
+    copy = Path(shutil.copytree(results["quick"], tmp_path / "copy"))
+    header, *rows, seal = log_file(copy, 7004).read_bytes().splitlines(keepends=True)
+    assert old.encode() in header
+    other = header.replace(old.encode(), new.encode(), 1)
+    whole = json.loads(seal)
+    whole["sha256"] = hashlib.sha256(b"".join([other, *rows])).hexdigest()
+    log_file(copy, 7004).write_bytes(b"".join([other, *rows, json.dumps(whole).encode(), b"\n"]))
+    assert refusal(copy, tmp_path / "board") == "another run than that of d1-7001"
 
 
 def test_an_unranked_entry_stands_below_without_a_place(board: Path, results: dict[str, Path], tmp_path: Path) -> None:
