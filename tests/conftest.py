@@ -1,5 +1,6 @@
 """What holds for every room's tests."""
 
+import os
 import shutil
 import signal
 import tempfile
@@ -8,6 +9,8 @@ from typing import Any
 
 import pytest
 
+# As the command has it (cli/main.py), before anything imports numpy.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # A shell's background job starts with Ctrl-C ignored, and every process inherits that: the tests that press it need it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -39,6 +39,9 @@ evaluate = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+# Of numpy's linear algebra, here and in every process started from here, before it is imported: our matrices are small,
+# and threads that wait for each other's share of them take the cores from all that works.
+BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "1")
 LACKS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS})
 HEADLINES = {1: "adc-bench failed", 2: "wrong usage", 3: "bad input", 4: "this machine lacks something"}
 
@@ -82,6 +85,7 @@ def main(words: Sequence[str] | None = None, commands: typer.Typer = app) -> NoR
     """
     given = sys.argv[1:] if words is None else words
     debug = "--debug" in given
+    os.environ.setdefault(*BLAS_THREADS)
     try:
         commands(args=[word for word in given if word != "--debug"], prog_name="adc-bench")
     except AdcBenchError as error:

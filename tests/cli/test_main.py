@@ -1,6 +1,7 @@
 """The command line's frame: exit codes, error blocks, help that loads nothing heavy."""
 
 import errno
+import os
 import subprocess
 import sys
 
@@ -112,3 +113,20 @@ def test_the_command_line_loads_nothing_heavy() -> None:
     code = f"import adc_bench.cli.main, sys; print(sorted({heavy!r} & set(sys.modules)))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert loaded.stdout == "[]\n"
+
+
+@pytest.mark.parametrize(("given", "threads"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "2"}, "2")])
+def test_linear_algebra_has_one_thread_unless_it_was_given_more(given: dict[str, str], threads: str) -> None:
+    code = (
+        "import atexit, os\n"
+        "from adc_bench.cli.main import main\n"
+        "def told():\n"
+        "    import numpy\n"
+        "    print(os.environ['OPENBLAS_NUM_THREADS'], len(os.listdir('/proc/self/task')))\n"
+        "atexit.register(told)\n"
+        "main(['--version'])"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"} | given
+    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    set_to, running = said.stdout.split()[-2:]
+    assert set_to == threads and int(running) <= int(threads)
