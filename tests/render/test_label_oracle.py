@@ -12,6 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -72,9 +73,8 @@ def test_boxes_of_all_kinds_were_compared(compared: list[Compared]) -> None:
 def compared(renderer: ArenaRenderer) -> list[Compared]:
     """The first `BOXES` labels that nothing covers."""
     found: list[Compared] = []
-    for scenario, frame, torn in frames(renderer):
+    for arena, frame in frames(renderer):
         camera = renderer.rig.camera(frame.camera).camera()
-        arena = Arena.of(scenario, torn=torn)
         for label in frame.labels:
             if label.visible_fraction > CLEAR and not label.ignore:
                 one = arena.compared(label, camera, frame.pose_world_camera)
@@ -84,18 +84,19 @@ def compared(renderer: ArenaRenderer) -> list[Compared]:
     raise AssertionError("too few frames")
 
 
-def frames(renderer: ArenaRenderer) -> Iterator[tuple[Scenario, Frame, bool]]:
-    """Yield frames of the training split; the tapes hang in every other arena."""
+def frames(renderer: ArenaRenderer) -> Iterator[tuple["Arena", Frame]]:
+    """Yield frames of the training split, each with its arena; the tapes hang in every other arena."""
     split, rig = load_split("train"), SensorRig()
     for number in range(40):
         scenario, torn = draw_scenario(split, number, rig), number % 2 == 0
         renderer.load(scenario)
         renderer.place({}, [tape.name for tape in scenario.tapes] if torn else [])
+        arena = Arena.of(scenario, torn=torn)
         for index in range(number * split.frames_per_scenario, (number + 1) * split.frames_per_scenario):
             assert scenario_number(split, index) == number
             plan = draw_frame(split, scenario, index)
             renderer.set_panel(plan.panel_sign)
-            yield scenario, renderer.frame(index, plan.camera, plan.pose_world_robot, plan.motion), torn
+            yield arena, renderer.frame(index, plan.camera, plan.pose_world_robot, plan.motion)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,10 +106,6 @@ class Block:
     owner: str
     pose_world_block: Pose3
     half_m: Array
-
-    def distance_m(self, point_world: Array) -> float:
-        inside = self.pose_world_block.inverse().transform(point_world[None])[0]
-        return float(np.linalg.norm(np.maximum(np.abs(inside) - self.half_m, 0.0)))
 
     def entry(self, origin: Array, ways: Array) -> Array:
         return enter_box(self.pose_world_block, self.half_m, origin, ways)
@@ -152,8 +149,24 @@ class Arena:
         reach_m = float((away * np.linalg.norm(ways, axis=1)).max())
         return any(
             bool((block.entry(origin, ways) < away - 1e-9).any())
-            for block in self.blocks
-            if block.owner != instance and block.distance_m(origin) < reach_m
+            for block, distance_m in zip(self.blocks, self._distances_m(origin), strict=True)
+            if block.owner != instance and distance_m < reach_m
+        )
+
+    def _distances_m(self, point_world: Array) -> Array:
+        """Return how far each block is from a point."""
+        turned, at, half_m = self._places
+        inside = np.einsum("ki,kij->kj", point_world - at, turned)
+        return np.asarray(np.linalg.norm(np.maximum(np.abs(inside) - half_m, 0.0), axis=1))
+
+    @cached_property
+    def _places(self) -> tuple[Array, Array, Array]:
+        """The blocks' rotations (n, 3, 3), middles and half sizes (n, 3)."""
+        poses = [block.pose_world_block for block in self.blocks]
+        return (
+            np.stack([pose.rotation for pose in poses]),
+            np.stack([pose.translation_m for pose in poses]),
+            np.stack([block.half_m for block in self.blocks]),
         )
 
 
