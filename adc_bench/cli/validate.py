@@ -14,7 +14,7 @@ def validate(
     submission: Annotated[str, typer.Argument(help="A folder with submission.toml, or a built-in driver's name.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Load a submission and drive it a few seconds under scoring limits; say all that would go wrong."""
+    """Load a submission and try it a few seconds under scoring limits; say all that would go wrong."""
     from adc_bench.evaluate.validate import validate as checks_of
 
     checks = []

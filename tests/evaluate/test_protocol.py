@@ -10,11 +10,20 @@ import msgspec
 import pytest
 from test_agent_process import MISSION, SCAN, SEEN, made_sensed, talk
 
-from adc_bench.api import Command
+from adc_bench.api import Command, Detection
 from adc_bench.errors import InputError
 from adc_bench.evaluate.agent_side import AgentFailedError
 from adc_bench.evaluate.ending import Reason
-from adc_bench.evaluate.protocol import Fault, Hello, Message, MissionMessage, Ready, command_message, schema
+from adc_bench.evaluate.protocol import (
+    Fault,
+    Hello,
+    Message,
+    MissionMessage,
+    Ready,
+    answer_message,
+    command_message,
+    schema,
+)
 from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.sensed import message_of
 from adc_bench.evaluate.shelf import WrittenShelf
@@ -35,12 +44,18 @@ def test_the_published_schema_is_the_protocol_s() -> None:
 def test_messages_on_the_wire_are_what_the_schema_says(tmp_path: Path) -> None:
     shelf = WrittenShelf(tmp_path / "pictures", RULES.rig)
     command = Command(v_mps=1.0, omega_radps=0.0, pose_world_robot=POSE, covariance=(1.0,) * 9)
+    corners = ((1.0, 2.0), (3.0, 2.0), (3.0, 4.0), (1.0, 4.0))
+    detection = Detection(category="panel_up", score=0.5, box_px=(1.0, 2.0, 3.0, 4.0), corners_px=corners)
     messages: list[tuple[str, Message]] = [
         ("to_submission", MissionMessage(mission=MISSION)),
         ("to_submission", message_of(made_sensed(3, SCAN, (SEEN,)), shelf)),
         ("from_submission", Hello(protocol=1)),
         ("from_submission", Ready()),
         ("from_submission", command_message(3, command)),
+        (
+            "from_submission",
+            answer_message("detector", 3, [detection, msgspec.structs.replace(detection, corners_px=None)]),
+        ),
         ("from_submission", Fault(found="no map")),
     ]
     shelf.close()

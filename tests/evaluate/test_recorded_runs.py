@@ -1,6 +1,11 @@
 """Localisers and detectors over recordings: what they are told, how they end, and that the bytes are the same."""
 
 import json
+import os
+import random
+import signal
+import subprocess
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,6 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 from made_recordings import few_pictures, recorded_submission, short_drives
+from test_driven_suites import evaluating
 from test_equal_results import scored
 
 from adc_bench.api import Kind
@@ -31,6 +37,8 @@ from adc_bench.generate import render_split
 from adc_bench.generate.drives import simulate
 from adc_bench.world.sensors import SensorRig
 
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "wheel_localizer"
 DRIVES, PICTURES = short_drives(1.0, 2), few_pictures(4, 2)
 SUITES: dict[Kind, AnySuite] = {"localizer": DRIVES, "detector": PICTURES}
 Make = Callable[[Kind, str], Submission]
@@ -226,3 +234,19 @@ def test_validate_knows_every_kind(
     assert found == code, told
     for line in lines:
         assert line in told
+
+
+@pytest.mark.slow
+def test_runs_over_recordings_killed_again_and_again_go_on_to_the_same_bytes(tmp_path: Path) -> None:
+    suite, out, whole = tmp_path / "four.toml", tmp_path / "out", tmp_path / "whole"
+    text = (ROOT / "splits" / "suites" / "dev-loc.toml").read_text()
+    suite.write_text(text.replace("count = 1\n", "count = 4\n").replace("[10.0, 10.0]", "[3.0, 3.0]"))
+    subprocess.run(evaluating(EXAMPLE, suite, whole), check=True)
+    chance = random.Random(time.time_ns())
+    for _ in range(3):
+        process = subprocess.Popen(evaluating(EXAMPLE, suite, out, "--workers", "2"), start_new_session=True)
+        time.sleep(chance.uniform(5.0, 20.0))
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    subprocess.run(evaluating(EXAMPLE, suite, out, "--workers", "2"), check=True)
+    assert scored(out) == scored(whole)
