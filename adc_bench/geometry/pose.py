@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from adc_bench.geometry.angles import wrap_rad
 
@@ -75,11 +74,15 @@ class Pose3:
     @classmethod
     def from_figures(cls, figures: ArrayLike) -> "Pose3":
         """Return the pose of seven figures: x, y, z in metres and the quaternion x, y, z, w."""
+        from scipy.spatial.transform import Rotation  # here: half a second that no submission's process needs
+
         values = np.asarray(figures, dtype=np.float64)
         return cls(rotation=Rotation.from_quat(values[3:]).as_matrix(), translation_m=values[:3].copy())
 
     def figures(self) -> tuple[float, float, float, float, float, float, float]:
         """Return x, y, z in metres and the quaternion x, y, z, w (w >= 0)."""
+        from scipy.spatial.transform import Rotation
+
         x, y, z = self.translation_m.tolist()
         qx, qy, qz, qw = Rotation.from_matrix(self.rotation).as_quat(canonical=True).tolist()
         return x, y, z, qx, qy, qz, qw
