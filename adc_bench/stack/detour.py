@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 class DetourParams:
     """How far is looked and planned, and how fast it is driven where something may stand on the road."""
 
-    behind_m: float = 4.0
+    behind_m: float = 6.5  # road-works are as long
     ahead_m: float = 5.0
     beside_m: float = 2.2  # from the lane's middle: the road-works' outer row may stand so far out
     works_out_m: float = 1.7  # from a loop's outer line

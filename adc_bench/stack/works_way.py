@@ -31,6 +31,7 @@ class WorksParams:
     outlier: float = 12.0  # what a cone must spoil to be left out
     mouth_m: float = 0.75  # one cone at least stands nearer to the lane's middle
     link_m: float = 2.0  # between neighbours of a row
+    back_m: float = 0.5  # along the lane: rows begin in the lane, so that what stands out there comes later
     cones_max: int = 10
     slope_max: float = 1.0
     rounds: int = 3
@@ -58,13 +59,14 @@ class Corridor:
 
 
 def works_cones(s_m: Array, offset_m: Array, params: WorksParams) -> NDArray[np.intp]:
-    """Return which of the cones at (s, offset), each (n,), are the road-works', by arc length: those linked to one that
-    stands near the lane's middle.
+    """Return which of the cones at (s, offset), each (n,), are the road-works', by arc length: those that stand near the
+    lane's middle, and from them on those linked to one.
     """
     found = np.abs(offset_m) < params.mouth_m
     apart = np.hypot(s_m[:, None] - s_m[None, :], offset_m[:, None] - offset_m[None, :])
+    linked = (apart < params.link_m) & (s_m[:, None] > s_m[None, :] - params.back_m)
     for _ in range(len(s_m)):
-        found = found | (apart[:, found] < params.link_m).any(axis=1)
+        found = found | linked[:, found].any(axis=1)
     order = np.argsort(s_m, kind="stable")
     chosen: NDArray[np.intp] = order[found[order]][: params.cones_max]
     return chosen

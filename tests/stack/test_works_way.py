@@ -88,5 +88,11 @@ def test_what_stands_far_from_the_lane_and_the_cones_is_no_cone_of_theirs() -> N
     assert len(works_cones(np.zeros(0), np.zeros(0), PARAMS)) == 0
 
 
+def test_what_stands_far_out_before_the_first_cone_in_the_lane_is_no_cone_of_theirs() -> None:
+    """A chair's leg, the first that the laser meets of it."""
+    s, offset = np.array([28.75, 29.76, 30.58, 30.93]), np.array([-1.73, -0.51, -0.85, 0.07])
+    np.testing.assert_array_equal(works_cones(s, offset, PARAMS), [1, 2, 3])
+
+
 def test_without_cones_there_is_no_corridor() -> None:
     assert corridor(np.zeros(0), np.zeros(0), np.zeros(0), BEFORE, PARAMS) is None
