@@ -59,8 +59,8 @@ class Corridor:
 
 
 def works_cones(s_m: Array, offset_m: Array, params: WorksParams) -> NDArray[np.intp]:
-    """Return which of the cones at (s, offset), each (n,), are the road-works', by arc length: those that stand near the
-    lane's middle, and from them on those linked to one.
+    """Return which of the cones at (s, offset), each (n,), are the road-works', by arc length: those that stand near
+    the lane's middle, and from them on those linked to one.
     """
     found = np.abs(offset_m) < params.mouth_m
     apart = np.hypot(s_m[:, None] - s_m[None, :], offset_m[:, None] - offset_m[None, :])
