@@ -16,7 +16,8 @@ import numpy as np
 from adc_bench.dataset.layout import write_file
 from adc_bench.detector import Detector, shipped_weights
 from adc_bench.detector.decode import DecodeConfig
-from adc_bench.detector.evaluation.figures import INKS, draw_approach, png
+from adc_bench.detector.evaluation.figures import draw_approach
+from adc_bench.pages.drawing import INKS, png
 from adc_bench.render import ArenaRenderer
 from adc_bench.reproduce.approach import LEAST_SCORE, approach_arena, approach_places_m, best_scores
 from adc_bench.world.scenario import Scenario

@@ -13,8 +13,9 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
 from adc_bench.detector.decode import DecodeConfig
-from adc_bench.detector.evaluation.figures import COLOURS, INKS, Draw, draw_approach, png
+from adc_bench.detector.evaluation.figures import draw_approach
 from adc_bench.geometry import Pose2
+from adc_bench.pages.drawing import COLOURS, INKS, Draw, png
 from adc_bench.reproduce.avoidance import Avoidance
 from adc_bench.reproduce.filters import LOOP_CENTRES, Estimate, Seen
 from adc_bench.reproduce.laps import COURSE, Lap

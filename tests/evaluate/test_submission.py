@@ -142,7 +142,7 @@ def test_a_built_in_drivers_digest_is_of_what_can_drive(tmp_path: Path) -> None:
     copy = tmp_path / "adc_bench"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     (copy / "splits").mkdir(exist_ok=True)
-    for name in ("cli/main.py", "leaderboard/site/style.css", "reproduce/page.html", "splits/d1.toml"):
+    for name in ("cli/main.py", "leaderboard/site/style.css", "reproduce/page.py", "splits/d1.toml"):
         (copy / name).write_text("changed")
     assert digest(copy, {}, NOT_DRIVING) == load_submission("stand-still", {}).id.sha256
     (copy / "stack" / "stand_still.py").write_text("changed")

@@ -1,14 +1,12 @@
 """A page of pictures with their labels over them that needs nothing beside itself, no folder and no net."""
 
-import base64
 from collections.abc import Iterable
 from html import escape
-from importlib.resources import files
-from string import Template
 
 from adc_bench.dataset.preview.choose import spread
 from adc_bench.dataset.preview.overlay import overlay
 from adc_bench.dataset.read import FrameDataset
+from adc_bench.pages import data_url, filled
 from adc_bench.world.categories import CATEGORIES
 from adc_bench.world.look import LIGHT_LEVELS
 
@@ -23,20 +21,19 @@ def page_of(dataset: FrameDataset, frames: int = FRAMES) -> bytes:
     """
     chosen = spread(dataset, frames)
     found = sorted({label.category_id for i in chosen for label in dataset.annotations(i)})
-    template = Template(files("adc_bench.dataset.preview").joinpath("page.html").read_text(encoding="utf-8"))
-    split = dataset.manifest.split.name
-    page = template.substitute(
-        title=escape(f"adc-bench dataset: {split}"),
-        shown=len(chosen),
+    split = dataset.manifest.split
+    return filled(
+        "adc_bench.dataset.preview",
+        f"adc-bench dataset: {split.name}",
+        shown=str(len(chosen)),
         total=f"{len(dataset):,}",
         size=f"{dataset.width_px} / {dataset.height_px}",
-        levels=_options(level for level in LIGHT_LEVELS if level in dataset.manifest.split.looks.light_levels),
+        levels=_options(level for level in LIGHT_LEVELS if level in split.looks.light_levels),
         cameras=_options(mount.name for mount in dataset.manifest.cameras),
         layouts=_options(sorted({dataset.scenario(i).layout.name for i in chosen})),
         categories=_options(CATEGORIES[k - 1] for k in found),
         figures="\n".join(_figure(dataset, i) for i in chosen),
     )
-    return page.encode()
 
 
 def _options(names: Iterable[str]) -> str:
@@ -46,7 +43,6 @@ def _options(names: Iterable[str]) -> str:
 def _figure(dataset: FrameDataset, i: int) -> str:
     """Return a picture as delivered, its overlay, and what it was taken under."""
     conditions, labels, layout = dataset.conditions(i), dataset.annotations(i), dataset.scenario(i).layout.name
-    data = base64.b64encode(dataset.jpeg(i)).decode()
     names = sorted({CATEGORIES[label.category_id - 1] for label in labels if not label.ignore})
     tunnel = "in" if conditions.in_tunnel else "out"
     told = (
@@ -58,7 +54,7 @@ def _figure(dataset: FrameDataset, i: int) -> str:
         f'<figure tabindex="0" data-level="{conditions.light_level}" data-camera="{escape(dataset.camera(i))}" '
         f'data-tunnel="{tunnel}" data-layout="{escape(layout)}" data-categories="{" ".join(names)}">'
         f'<div class="picture"><img alt="frame {i}: {escape(", ".join(names) or "nothing labelled")}" '
-        f'src="data:image/{kind};base64,{data}">'
+        f'src="{data_url(dataset.jpeg(i), kind)}">'
         f"{overlay(labels, dataset.lane_lines(i), (dataset.width_px, dataset.height_px))}</div>"
         f"<figcaption><b>{i}</b> {escape(told)}</figcaption></figure>"
     )

@@ -1,22 +1,18 @@
 """Statistics as a page that needs nothing beside itself: tables whose rows are bars."""
 
 from html import escape
-from importlib.resources import files
-from string import Template
 
 from adc_bench.dataset.stats.chart import Chart
 from adc_bench.dataset.stats.collect import Statistics
 from adc_bench.dataset.stats.text import headline
+from adc_bench.pages import filled
 
 
 def page_of(statistics: Statistics) -> bytes:
     """Return the HTML; equal statistics give equal bytes."""
-    template = Template(files("adc_bench.dataset.stats").joinpath("page.html").read_text(encoding="utf-8"))
     charts = "\n".join(_table(chart) for chart in statistics.charts)
-    page = template.substitute(
-        title=escape(f"adc-bench dataset: {statistics.split}"), headline=escape(headline(statistics)), charts=charts
-    )
-    return page.encode()
+    title = f"adc-bench dataset: {statistics.split}"
+    return filled("adc_bench.dataset.stats", title, headline=escape(headline(statistics)), charts=charts)
 
 
 def _table(chart: Chart) -> str:

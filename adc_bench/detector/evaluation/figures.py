@@ -1,12 +1,9 @@
-"""Figures of an evaluation as PNG, on light or on dark paper."""
+"""Figures of an evaluation."""
 
-import io
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import matplotlib as mpl
 import numpy as np
-from cycler import cycler
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -14,37 +11,10 @@ from adc_bench.detector.evaluation.corners import KINDS, errors_px, kind_of
 from adc_bench.detector.evaluation.evaluation import DetectionReport, Evaluation
 from adc_bench.detector.evaluation.operating import CROSSWALK
 from adc_bench.detector.evaluation.score import RECALLS
+from adc_bench.pages.drawing import COLOURS, Draw
 from adc_bench.world.look import LIGHT_LEVELS
 
-Draw = Callable[[Figure], None]
-INKS = {"light": "#1c2127", "dark": "#e4e7eb"}
-COLOURS = ("#3b7fb6", "#d9822b", "#3f9d5a", "#b04a5a", "#8467b8", "#8f7a2f")
 GOALS_CM = ((0.5, 2.0, 2.0), (2.0, 4.0, 5.0))  # from, to in metres, the median error wanted there
-
-
-def png(draw: Draw, ink: str, size_in: tuple[float, float] = (6.4, 4.2), paper: str = "none") -> bytes:
-    """Return what `draw` draws, with writing in the colour `ink` on paper of a colour, or on none."""
-    with mpl.rc_context(
-        {
-            "text.color": ink,
-            "axes.edgecolor": ink,
-            "axes.labelcolor": ink,
-            "xtick.color": ink,
-            "ytick.color": ink,
-            "axes.prop_cycle": cycler(color=COLOURS),
-        }
-    ):
-        figure = Figure(figsize=size_in, layout="constrained", facecolor=paper)
-        FigureCanvasAgg(figure)
-        draw(figure)
-        for axes in figure.axes:
-            axes.set_facecolor("none")
-            axes.grid(alpha=0.25)
-            if axes.get_legend_handles_labels()[0]:
-                axes.legend(fontsize="small", framealpha=0.0, markerscale=2)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=110, metadata={"Software": None})
-    return buffer.getvalue()
 
 
 def drawings(evaluation: Evaluation, report: DetectionReport) -> dict[str, Draw]:

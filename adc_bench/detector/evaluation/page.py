@@ -1,20 +1,19 @@
 """An evaluation as a page that needs nothing beside itself: figures, the worst mistakes, tables."""
 
-import base64
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from html import escape
-from importlib.resources import files
-from string import Template
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.detector.evaluation.evaluation import DetectionReport, Evaluation
-from adc_bench.detector.evaluation.figures import INKS, Draw, drawings, png
+from adc_bench.detector.evaluation.figures import drawings
 from adc_bench.detector.evaluation.mistakes import Mistake, invented, misplaced, missed
 from adc_bench.detector.evaluation.table import Table
 from adc_bench.detector.evaluation.tables import tables
+from adc_bench.pages import data_url, figure, grid, report, table
+from adc_bench.pages.drawing import INKS, Draw, png
 
 MISTAKES_MOST = 8
 JPEG_QUALITY = 88
@@ -26,30 +25,22 @@ KINDS: Mapping[str, tuple[str, Callable[[Evaluation, int], Iterator[Mistake]]]] 
 
 
 def page_of(
-    evaluation: Evaluation, report: DetectionReport, what: str, more: Mapping[str, Draw] | None = None
+    evaluation: Evaluation, measured: DetectionReport, what: str, more: Mapping[str, Draw] | None = None
 ) -> bytes:
     """Return the HTML; `what` says what was evaluated, `more` are further figures. Equal inputs give equal bytes."""
-    template = Template(files("adc_bench.detector.evaluation").joinpath("page.html").read_text(encoding="utf-8"))
-    first, *others = tables(report)
-    page = template.substitute(
-        title=escape("adc-bench detector"),
-        headline=escape(what),
-        first=_table(first),
-        figures="\n".join(
-            _figure(title, draw) for title, draw in {**drawings(evaluation, report), **(more or {})}.items()
-        ),
-        mistakes="\n".join(_mistakes(title, *parts, evaluation) for title, parts in KINDS.items()),
-        tables="\n".join(_table(table) for table in others),
+    first, *others = tables(measured)
+    figures = {**drawings(evaluation, measured), **(more or {})}
+    body = (
+        grid((_table(first), *(_figure(title, draw) for title, draw in figures.items()))),
+        *(_mistakes(title, *parts, evaluation) for title, parts in KINDS.items()),
+        "<h2>Tables</h2>",
+        grid(_table(other) for other in others),
     )
-    return page.encode()
+    return report("adc-bench detector", what, "\n".join(body))
 
 
 def _figure(title: str, draw: Draw) -> str:
-    light, dark = (_data(png(draw, INKS[paper]), "png") for paper in ("light", "dark"))
-    return (
-        f'<figure><h3>{escape(title)}</h3><picture><source media="(prefers-color-scheme: dark)" srcset="{dark}">'
-        f'<img alt="{escape(title)}" src="{light}"></picture></figure>'
-    )
+    return figure(title, *(png(draw, INKS[paper]) for paper in ("light", "dark")))
 
 
 def _mistakes(
@@ -61,27 +52,14 @@ def _mistakes(
 
 
 def _crop(mistake: Mistake) -> str:
-    source = _data(_jpeg(mistake.rgb), "jpeg")
+    source = data_url(_jpeg(mistake.rgb), "jpeg")
     return f'<figure><img alt="" src="{source}"><figcaption>{escape(mistake.told)}</figcaption></figure>'
 
 
-def _table(table: Table) -> str:
-    columns = "".join(f"<th>{escape(name)}</th>" for name in table.columns)
-    rows = "\n".join(
-        f"<tr><th>{escape(row[0])}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in row[1:])}</tr>"
-        for row in table.rows
-    )
-    wide = ' class="wide"' if len(table.columns) > 5 else ""
-    return (
-        f'<section{wide}><h3>{escape(table.title)}</h3><p class="note">{escape(table.note)}</p>'
-        f"<table><thead><tr>{columns}</tr></thead><tbody>\n{rows}\n</tbody></table></section>"
-    )
+def _table(one: Table) -> str:
+    return table(one.title, one.note, one.columns, one.rows)
 
 
 def _jpeg(rgb: NDArray[np.uint8]) -> bytes:
     _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     return data.tobytes()
-
-
-def _data(content: bytes, kind: str) -> str:
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
