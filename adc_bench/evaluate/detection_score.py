@@ -1,6 +1,14 @@
-"""A detector's score over a set of pictures: a pure function of its log."""
+"""A detector's score over sets of pictures: a pure function of their logs.
+
+Average precision is a figure of all pictures together, not a mean over sets of them. So that a suite has an interval
+and two detectors can be compared set by set, each set is given its share of the whole: shares whose mean is the figure
+of all pictures, and whose spread is that of the jackknife (Efron and Tibshirani, An Introduction to the Bootstrap,
+1993, chapter 11), which leaves one set out at a time.
+"""
 
 from collections.abc import Sequence
+from statistics import fmean
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -16,9 +24,16 @@ from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.geometry import Pose3
 from adc_bench.world.categories import CATEGORY_ID
 from adc_bench.world.corners_seen import keypoints_as_seen
-from adc_bench.world.frame import KEYPOINT_VISIBLE, Detections, Label
+from adc_bench.world.frame import KEYPOINT_VISIBLE, Detections
 
 CORNERS = 4
+
+
+class PictureSet(NamedTuple):
+    """Pictures, and what was found on each."""
+
+    rows: tuple[DetectionRow, ...]
+    found: tuple[Detections, ...]
 
 
 class DetectionFigures(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -41,6 +56,16 @@ class DetectionFigures(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     categories: dict[str, CategoryScore]
 
 
+class DetectionShare(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A set's shares of the figures of all pictures; none where there is no such figure."""
+
+    map: float | None
+    map50: float | None
+    precision: float | None
+    recall: float | None
+    corner_error_px: float | None
+
+
 class DetectionEpisode(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="detector"
 ):
@@ -53,6 +78,7 @@ class DetectionEpisode(
     pictures: int
     objects: int  # that were to be found
     detection: DetectionFigures
+    share: DetectionShare
 
     @property
     def failed(self) -> bool:
@@ -60,11 +86,35 @@ class DetectionEpisode(
         return self.status in FAILED
 
 
-def score_detection(log: DetectionLog, rules: Rules = RULES) -> DetectionEpisode:
-    """Return the score of a run."""
-    labels = [row.labels for row in log.rows]
+def score_detections(logs: Sequence[DetectionLog], rules: Rules = RULES) -> tuple[DetectionEpisode, ...]:
+    """Return the score of each run of a suite."""
+    sets = [_set_of(log) for log in logs]
+    together = _figures(sets, rules.believed_score)
+    without = [_figures(sets[:k] + sets[k + 1 :], rules.believed_score) for k in range(len(sets))]
+    shares = zip(*(_shares(together, without, name) for name in DetectionShare.__struct_fields__), strict=True)
+    return tuple(
+        _episode(log, one, DetectionShare(**dict(zip(DetectionShare.__struct_fields__, share, strict=True))), rules)
+        for log, one, share in zip(logs, sets, shares, strict=True)
+    )
+
+
+def _shares(together: DetectionFigures, without: Sequence[DetectionFigures], name: str) -> list[float | None]:
+    """Return each set's share of a figure, from that of all sets and those that leave one set out."""
+    whole, left = getattr(together, name), [getattr(figures, name) for figures in without]
+    if whole is None or len(left) < 2 or None in left:
+        return [whole] * len(left)
+    mean = fmean(left)
+    return [whole + (len(left) - 1) * (mean - each) for each in left]
+
+
+def _set_of(log: DetectionLog) -> PictureSet:
+    """Return the pictures of a run with their answers; one that failed has found nothing."""
     answers = [() if log.ending.status in FAILED else row.answer or () for row in log.rows]
-    found = [detections_of(answer) for answer in answers]
+    return PictureSet(rows=log.rows, found=tuple(detections_of(answer) for answer in answers))
+
+
+def _episode(log: DetectionLog, one: PictureSet, share: DetectionShare, rules: Rules) -> DetectionEpisode:
+    labels = [row.labels for row in log.rows]
     return DetectionEpisode(
         scenario=log.header.scenario,
         seed=log.header.seed,
@@ -72,7 +122,8 @@ def score_detection(log: DetectionLog, rules: Rules = RULES) -> DetectionEpisode
         reason=log.ending.reason,
         pictures=len(log.rows),
         objects=sum(not label.ignore for of_picture in labels for label in of_picture),
-        detection=_figures(log.rows, labels, found, rules.believed_score),
+        detection=_figures([one], rules.believed_score),
+        share=share,
     )
 
 
@@ -90,9 +141,10 @@ def detections_of(answer: Sequence[Detection]) -> Detections:
     )
 
 
-def _figures(
-    rows: Sequence[DetectionRow], labels: Sequence[Sequence[Label]], found: Sequence[Detections], believed: float
-) -> DetectionFigures:
+def _figures(sets: Sequence[PictureSet], believed: float) -> DetectionFigures:
+    rows = [row for one in sets for row in one.rows]
+    found = [answer for one in sets for answer in one.found]
+    labels = [row.labels for row in rows]
     score = CocoScorer(range(len(rows)), labels, found).score()
     matches = match(labels, found)
     right = int(((matches.scores >= believed) & (matches.label >= 0)).sum())

@@ -13,7 +13,7 @@ from adc_bench.evaluate.rules import RULES, Rules
 from adc_bench.evaluate.statistics import Statistic
 from adc_bench.evaluate.submission import SubmissionId
 from adc_bench.evaluate.suite import RulesId
-from adc_bench.evaluate.summary import AnyEpisode, score_of, summary_of
+from adc_bench.evaluate.summary import AnyEpisode, scores_of, summary_of
 
 
 class Result(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -69,7 +69,7 @@ class Timing(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 def result_of(logs: Sequence[AnyLog], planned: int, rules: Rules = RULES) -> Result:
     """Return the result of the runs of one folder, at least one, all with the same run identity."""
     run = logs[0].header.run
-    episodes = tuple(score_of(log, rules) for log in logs)
+    episodes = scores_of(logs, rules)
     complete = len(episodes) == planned
     lost = any(episode.status in ("simulator-error", "host-error") for episode in episodes)
     whole = complete and planned == len(run.suite.seeds)

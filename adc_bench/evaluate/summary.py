@@ -7,9 +7,9 @@ from typing import Any
 import msgspec
 
 from adc_bench.api import Kind
-from adc_bench.evaluate.detection_score import DetectionEpisode, score_detection
+from adc_bench.evaluate.detection_score import DetectionEpisode, score_detections
 from adc_bench.evaluate.localization_score import LocalizationEpisode, score_localization
-from adc_bench.evaluate.log import AnyLog, EpisodeLog, LocalizationLog
+from adc_bench.evaluate.log import AnyLog, DetectionLog, EpisodeLog, LocalizationLog
 from adc_bench.evaluate.rules import Rules
 from adc_bench.evaluate.score import Episode, score
 from adc_bench.evaluate.statistics import Statistic, summarise
@@ -71,11 +71,11 @@ METRICS: Mapping[Kind, Mapping[str, Metric]] = {
     },
     "localizer": LOCALIZATION,
     "detector": {
-        "map": _metric("", True, _of("detection", "map")),
-        "map50": _metric("", True, _of("detection", "map50")),
-        "precision": _metric("", True, _of("detection", "precision")),
-        "recall": _metric("", True, _of("detection", "recall")),
-        "corner_error_px": _metric("px", False, _of("detection", "corner_error_px")),
+        "map": _metric("", True, _of("share", "map")),
+        "map50": _metric("", True, _of("share", "map50")),
+        "precision": _metric("", True, _of("share", "precision")),
+        "recall": _metric("", True, _of("share", "recall")),
+        "corner_error_px": _metric("px", False, _of("share", "corner_error_px")),
     },
 }
 # By which submissions are ranked, and what decides where that is equal.
@@ -86,11 +86,12 @@ RANKED_BY: Mapping[Kind, tuple[str, str]] = {
 }
 
 
-def score_of(log: AnyLog, rules: Rules) -> AnyEpisode:
-    """Return the score of a run of any kind."""
-    if isinstance(log, EpisodeLog):
-        return score(log, rules)
-    return score_localization(log, rules) if isinstance(log, LocalizationLog) else score_detection(log, rules)
+def scores_of(logs: Sequence[AnyLog], rules: Rules) -> tuple[AnyEpisode, ...]:
+    """Return the scores of the runs of a suite of any kind."""
+    drives = tuple(score(log, rules) for log in logs if isinstance(log, EpisodeLog))
+    followed = tuple(score_localization(log, rules) for log in logs if isinstance(log, LocalizationLog))
+    sets = [log for log in logs if isinstance(log, DetectionLog)]
+    return (*drives, *followed, *(score_detections(sets, rules) if sets else ()))
 
 
 def summary_of(kind: Kind, episodes: Sequence[AnyEpisode]) -> dict[str, Statistic]:

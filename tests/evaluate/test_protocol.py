@@ -55,7 +55,7 @@ def test_messages_on_the_wire_are_what_the_schema_says(tmp_path: Path) -> None:
         ("from_submission", command_message(3, command)),
         (
             "from_submission",
-            answer_message("detector", 3, [detection, msgspec.structs.replace(detection, corners_px=None)]),
+            answer_message("detector", 3, [detection, without]),
         ),
         ("from_submission", Fault(found="no map")),
     ]

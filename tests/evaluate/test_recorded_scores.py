@@ -16,9 +16,10 @@ from adc_bench import leaderboard
 from adc_bench.api import Detection
 from adc_bench.detector.evaluation.score import CocoScorer
 from adc_bench.errors import InputError
-from adc_bench.evaluate.detection_score import detections_of, score_detection
+from adc_bench.evaluate.detection_score import DetectionEpisode, detections_of, score_detections
 from adc_bench.evaluate.ending import Reason
 from adc_bench.evaluate.localization_score import score_localization
+from adc_bench.evaluate.log import DetectionLog
 from adc_bench.evaluate.recorded_suite import DetectionSuite, LocalizationSuite
 from adc_bench.evaluate.rules import RULES
 from adc_bench.evaluate.run import rescore
@@ -86,7 +87,7 @@ def test_a_recording_that_this_machine_lost_has_no_errors() -> None:
 
 
 def test_who_finds_all_has_a_perfect_score() -> None:
-    episode = score_detection(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(off_px=3.0)))
+    episode = scored(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(off_px=3.0)))
     found = episode.detection
     assert (episode.pictures, episode.objects) == (4, 4)
     assert (found.map, found.map50, found.precision, found.recall) == (1.0, 1.0, 1.0, 1.0)
@@ -102,24 +103,57 @@ def test_average_precision_is_coco_s_and_the_rest_is_of_what_is_believed() -> No
             for some in answers()
         ]
         said[2] = [Detection(category="cone", score=float(rng.random()), box_px=(0.0, 0.0, 9.0, 9.0))]
-        found = score_detection(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, said)).detection
+        found = scored(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, said)).detection
         other = CocoScorer(range(4), LABELS, [detections_of(each) for each in said]).score()
         assert (found.map, found.map50) == (other.map, other.map50)
         believed = [each for some in said for each in some if each.score >= RULES.believed_score]
         assert (found.precision is None) == (not believed)
-    quiet = score_detection(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(score=0.4))).detection
+    quiet = scored(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(score=0.4))).detection
     assert (quiet.map, quiet.precision, quiet.recall, quiet.corner_error_px) == (1.0, None, 0.0, None)
-    plain = score_detection(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(corners=False))).detection
+    plain = scored(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(corners=False))).detection
     assert (plain.map, plain.recall, plain.corner_error_px) == (1.0, 1.0, None)
 
 
-def moved(box: Sequence[float], rng: np.random.Generator) -> tuple[float, ...]:
-    return tuple(float(value) for value in np.array(box) + rng.uniform(-6.0, 6.0, 4))
+def scored(log: DetectionLog) -> DetectionEpisode:
+    return score_detections([log])[0]
+
+
+def test_the_mean_of_the_shares_is_the_figure_of_all_pictures() -> None:
+    rng = np.random.default_rng(4)
+    logs, labels, found = [], [], []
+    for seed in DET.seeds:
+        said = [
+            [
+                msgspec.structs.replace(each, score=float(rng.random()), box_px=moved(each.box_px, rng, 20.0))
+                for each in some
+            ]
+            for some in answers(off_px=float(rng.random()))
+        ]
+        logs.append(pictures_log(DET, "a", seed, LABELS, said))
+        labels += LABELS
+        found += [detections_of(each) for each in said]
+    episodes, whole = score_detections(logs), CocoScorer(range(len(labels)), labels, found).score()
+    for name in ("map", "map50"):
+        shares = [getattr(episode.share, name) for episode in episodes]
+        assert np.mean(shares) == pytest.approx(getattr(whole, name)) and np.std(shares) > 0
+    assert whole.map != pytest.approx(np.mean([episode.detection.map for episode in episodes]), abs=1e-3)
+    recalls = [(episode.share.recall, episode.detection.recall) for episode in episodes]
+    assert np.allclose(*zip(*recalls, strict=True)), "a mean over equal numbers of objects is its own share"
+
+
+def test_one_set_is_the_whole() -> None:
+    episode = scored(pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(off_px=2.0)))
+    assert episode.share.map == episode.detection.map
+    assert episode.share.corner_error_px == episode.detection.corner_error_px
+
+
+def moved(box: Sequence[float], rng: np.random.Generator, far_px: float = 6.0) -> tuple[float, ...]:
+    return tuple(float(value) for value in np.array(box) + rng.uniform(-far_px, far_px, 4))
 
 
 def test_a_detector_that_fails_has_found_nothing() -> None:
     log = pictures_log(PICTURES, "a", PICTURES.seeds[0], LABELS, answers(), reason=Reason.NOT_DETECTIONS)
-    episode = score_detection(log)
+    episode = scored(log)
     assert episode.failed
     assert (episode.detection.map, episode.detection.precision, episode.detection.recall) == (0.0, None, 0.0)
 
