@@ -19,6 +19,7 @@ from turns import table
 
 from adc_bench.evaluate.results import Result
 from adc_bench.evaluate.run import evaluate_submission
+from adc_bench.evaluate.score import Episode
 from adc_bench.evaluate.statistics import Statistic
 from adc_bench.evaluate.submission import load_submission
 from adc_bench.evaluate.suite import Suite, load_suite
@@ -47,7 +48,10 @@ def main() -> None:
     parser.add_argument("--rungs", nargs="+", choices=tuple(RUNGS), default=list(RUNGS))
     options = parser.parse_args()
     seeds = tuple(range(options.first_seed, options.first_seed + options.runs))
-    suite = msgspec.structs.replace(load_suite(options.suite), seeds=seeds, ranked=False)
+    named = load_suite(options.suite)
+    if not isinstance(named, Suite):
+        parser.error(f"{options.suite} is not driven")
+    suite = msgspec.structs.replace(named, seeds=seeds, ranked=False)
     rows = []
     for name in options.submissions:
         for rung in options.rungs:
@@ -63,9 +67,14 @@ def drive(name: str, privileged: Privilege | None, suite: Suite, out: Path) -> R
     return evaluate_submission(load_submission(name, {}, privileged), suite, out, in_process=True)
 
 
+def drives(result: Result) -> list[Episode]:
+    """Return the runs of a driver's result."""
+    return [episode for episode in result.episodes if isinstance(episode, Episode)]
+
+
 def figures(result: Result) -> tuple[str, ...]:
     """Return a row's cells behind its names."""
-    finished = sum(episode.status == "success" for episode in result.episodes)
+    finished = sum(episode.reason == "finished" for episode in drives(result))
     means = [shown(result.summary.get(name), factor, decimals) for _, name, factor, decimals in FIGURES]
     return (f"{finished} of {result.planned}", *means, *(over_all(result) for _, over_all in ALL))
 
@@ -80,13 +89,13 @@ def shown(figure: Statistic | None, factor: float, decimals: int) -> str:
 
 def worst_position(result: Result) -> str:
     """Return the largest position error of all runs."""
-    errors = [episode.localization.position_max_m for episode in result.episodes if episode.localization]
+    errors = [episode.localization.position_max_m for episode in drives(result) if episode.localization]
     return f"{100 * max(errors):.1f}" if errors else ""
 
 
 def faults(result: Result) -> str:
     """Return how many lines and things were touched in all runs."""
-    return str(sum(episode.driving.line_touches + len(episode.collisions) for episode in result.episodes))
+    return str(sum(episode.driving.line_touches + len(episode.collisions) for episode in drives(result)))
 
 
 ALL: tuple[tuple[str, Callable[[Result], str]], ...] = (
