@@ -29,7 +29,7 @@ from adc_bench.world.robot import Motion
 from adc_bench.world.route import Way
 from adc_bench.world.sensors import CameraMount
 
-LOOK_FROM_M = 4.0  # before a leg's end: the order has been changed by then, and the sign can be read
+LOOK_FROM_M = 3.0  # before a leg's end: from farther off and aslant an arrow may be taken for another
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
