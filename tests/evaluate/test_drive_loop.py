@@ -155,6 +155,7 @@ def test_a_folder_is_the_same_twice_resumes_and_rescores(
     assert sorted(path.name for path in first.iterdir()) == [
         "episodes",
         "failures",
+        "films",
         "logs",
         "paths.png",
         "result.json",
