@@ -1,6 +1,6 @@
 # make setup    the system packages, .venv and adc-bench itself; does nothing when they are there
 # make demo     render, train, drive, score, rank: everything once, into demo/
-# make test     the checks and the tests          make proofs   the long ones
+# make test     the checks and the tests, a process a core         make proofs   the long ones
 # make weights  train the weights that ship with the package       make bench   measure the README's figures
 # make dataset  the public dataset: 11,000 frames and 60 drives, checked, counted and shown, into build/dataset
 # make pictures draw the pictures of docs/arena.md and docs/labels.md
@@ -23,7 +23,7 @@ check: setup
 test: check
 	@sh scripts/system_packages.sh browser
 	@sh scripts/system_packages.sh compiler
-	$(BIN)/pytest
+	$(BIN)/pytest -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 proofs: setup
 	$(BIN)/pytest -m slow
