@@ -2,6 +2,7 @@ import tomllib
 from collections.abc import Iterator
 from itertools import combinations, pairwise
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -27,10 +28,20 @@ def test_seed_ranges_do_not_meet() -> None:
 
 
 def test_suites_drive_on_seeds_of_no_split() -> None:
-    splits = [load_split(name) for name in NAMES]
-    for path in (splits_folder() / "suites").glob("*.toml"):
-        for seed in tomllib.loads(path.read_text())["seeds"]:
-            assert not any(0 <= seed - split.seed_first < split.seed_count for split in splits)
+    splits = [load_split(name) for name in (*NAMES, "negatives")]
+    ranges = [range(split.seed_first, split.seed_first + split.seed_count) for split in splits]
+    for suite in suites():
+        own = [range(seed, seed + 1) for seed in suite.get("seeds", ())]
+        if "split" in suite:
+            first = suite["split"]["seed_first"]
+            own.append(range(first, first + suite["split"]["seed_count"]))
+        assert own
+        assert all(max(a.start, b.start) >= min(a.stop, b.stop) for a in own for b in ranges)
+
+
+def suites() -> list[dict[str, Any]]:
+    """Return the shipped suites of drives, of recordings and of pictures, as they are written."""
+    return [tomllib.loads(path.read_text()) for path in sorted((splits_folder() / "suites").glob("*.toml"))]
 
 
 @pytest.mark.parametrize("kind", ["floors", "walls", "light_sets", "artworks"])
@@ -48,10 +59,10 @@ def test_every_artwork_belongs_to_one_family_and_training_has_most() -> None:
 
 def test_suites_show_what_test_shows() -> None:
     looks = load_split("test").looks
-    for path in (splits_folder() / "suites").glob("*.toml"):
-        suite = tomllib.loads(path.read_text())["looks"]
+    for suite in suites():
+        shown = suite.get("split", suite)["looks"]
         for kind in ("floors", "walls", "light_sets", "artworks"):
-            assert set(suite[kind]) <= set(getattr(looks, kind))
+            assert set(shown[kind]) <= set(getattr(looks, kind))
 
 
 def test_training_and_validation_draw_their_layouts() -> None:
