@@ -1,6 +1,5 @@
-"""A result in words: a line a run, and the means that matter for its kind."""
+"""A result in words: a line a run, and the means that the leaderboard shows of its kind."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,20 +9,6 @@ if TYPE_CHECKING:
     from adc_bench.evaluate.results import Result
     from adc_bench.evaluate.summary import AnyEpisode
 
-SHOWN: Mapping[str, tuple[str, ...]] = {
-    "driver": ("driving_score", "points", "completion", "lap_time_s", "position_rmse_m", "dead_reckoning_rmse_m"),
-    "localizer": (
-        "position_rmse_m",
-        "position_p95_m",
-        "heading_rmse_rad",
-        "ate_rmse_m",
-        "nees_mean",
-        "coverage",
-        "dead_reckoning_rmse_m",
-    ),
-    "detector": ("map", "map50", "precision", "recall", "corner_error_px"),
-}
-
 
 def print_result(result: "Result", out: Path, as_json: bool) -> None:
     """Print a result, as JSON or for people; `out` is where it lies."""
@@ -32,6 +17,8 @@ def print_result(result: "Result", out: Path, as_json: bool) -> None:
 
         typer.echo(to_json(result).decode(), nl=False)
         return
+    from adc_bench.leaderboard.records import SHOWN
+
     typer.echo(f"{out}: {result.submission.name} on {result.suite}, {result.completed} of {result.planned} runs")
     for run in result.episodes:
         typer.echo(f"  {run.scenario}: {run.status} ({run.reason}), {_told(run)}")

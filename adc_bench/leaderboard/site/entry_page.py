@@ -123,7 +123,7 @@ def _data(run: RunData) -> str:
     trace = run.trace
     columns: dict[str, object] = {"x": trace.x_mm, "y": trace.y_mm, "yaw": trace.yaw_mrad}
     if trace.estimate is not None:
-        columns |= {"ahead": trace.estimate.ahead_mm, "left": trace.estimate.left_mm, "turn": trace.estimate.turn_mrad}
+        columns |= {"ahead": trace.estimate.ahead_um, "left": trace.estimate.left_um, "turn": trace.estimate.turn_urad}
     data = {"period": trace.period_s, "end": trace.end_s, **columns}
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 

@@ -1,38 +1,14 @@
 """The first page: a table for each suite, sortable and filtered, and who differs from whom."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from html import escape
 
-from adc_bench.api import Kind
 from adc_bench.evaluate.recorded_suite import LocalizationSuite
 from adc_bench.evaluate.statistics import Statistic
 from adc_bench.evaluate.suite import AnySuite, Suite, load_suite
-from adc_bench.leaderboard.records import Leaderboard, Pair, Standing, SuiteRanking, entry_name, title
+from adc_bench.leaderboard.records import SHOWN, Leaderboard, Pair, Standing, SuiteRanking, entry_name, title
 from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
 
-METRICS: Mapping[Kind, tuple[str, ...]] = {
-    "driver": (
-        "points",
-        "driving_score",
-        "completion",
-        "lap_time_s",
-        "run_time_s",
-        "position_rmse_m",
-        "line_touches",
-        "collisions",
-        "vertical_signs_read",
-    ),
-    "localizer": (
-        "position_rmse_m",
-        "position_p95_m",
-        "heading_rmse_rad",
-        "ate_rmse_m",
-        "nees_mean",
-        "coverage",
-        "dead_reckoning_rmse_m",
-    ),
-    "detector": ("map", "map50", "precision", "recall", "corner_error_px"),
-}
 SIGNIFICANT = 0.05
 
 
@@ -88,7 +64,7 @@ def _task(suite: AnySuite) -> str:
 def _metrics(ranking: SuiteRanking) -> list[str]:
     """Return the columns that a suite fills; the time of a run stands only where there are no laps."""
     filled = [
-        metric for metric in METRICS[ranking.kind] if any(metric in standing.summary for standing in ranking.standings)
+        metric for metric in SHOWN[ranking.kind] if any(metric in standing.summary for standing in ranking.standings)
     ]
     return [metric for metric in filled if metric != "run_time_s" or "lap_time_s" not in filled]
 

@@ -19,24 +19,24 @@ function playerOf(run) {
   return player;
 }
 
-// The value of a column at a time, between its samples; the last sample is at the end.
-function at(data, name, time) {
+// The value of a column at a time, in metres or radians, between its samples; the last sample is at the end.
+function at(data, name, time, perUnit) {
   const column = data[name], last = column.length - 1;
   const k = Math.max(0, Math.min(Math.floor(time / data.period), last - 1));
   const from = k * data.period, to = k + 1 >= last ? data.end : from + data.period;
   const share = to > from ? Math.min((time - from) / (to - from), 1) : 0;
-  return (column[k] + share * ((column[k + 1] ?? column[k]) - column[k])) / 1000;
+  return (column[k] + share * ((column[k + 1] ?? column[k]) - column[k])) / perUnit;
 }
 
 function show(player, time) {
   const {run, data, slider} = player;
-  const [x, y, yaw] = ["x", "y", "yaw"].map((name) => at(data, name, time));
+  const [x, y, yaw] = ["x", "y", "yaw"].map((name) => at(data, name, time, 1e3));
   place(run.querySelector(".robot.truth"), x, y, yaw);
   let told = time.toFixed(2) + " s of " + data.end.toFixed(2) + " s";
   slider.value = time;
   slider.setAttribute("aria-valuetext", told);
   if (data.ahead) {
-    const [ahead, left, turn] = ["ahead", "left", "turn"].map((name) => at(data, name, time));
+    const [ahead, left, turn] = ["ahead", "left", "turn"].map((name) => at(data, name, time, 1e6));
     const c = Math.cos(yaw), s = Math.sin(yaw);
     place(run.querySelector(".robot.estimate"), x + c * ahead - s * left, y + s * ahead + c * left, yaw + turn);
     told += ", estimate " + (100 * Math.hypot(ahead, left)).toFixed(1) + " cm off";

@@ -10,7 +10,7 @@ from adc_bench.evaluate.events import Event
 from adc_bench.evaluate.localization_score import LocalizationEpisode
 from adc_bench.evaluate.score import Episode
 from adc_bench.evaluate.suite import AnySuite, rules_for
-from adc_bench.leaderboard.traces import Trace
+from adc_bench.leaderboard.traces import MICRO, MILLI, Trace
 from adc_bench.world.robot import RobotParams
 
 Array = NDArray[np.float64]
@@ -100,17 +100,17 @@ def run_data(suite: AnySuite, episode: Episode | LocalizationEpisode, trace: Tra
     """Return a run's data in SI units."""
     count = len(trace.x_mm)
     estimate = trace.estimate
-    sds = estimate and (estimate.sd_ahead_mm, estimate.sd_left_mm, estimate.sd_turn_mrad)
+    sds = estimate and (estimate.sd_ahead_um, estimate.sd_left_um, estimate.sd_turn_urad)
     return RunData(
         suite=suite,
         episode=episode,
         trace=trace,
         times_s=np.minimum(np.arange(count) * trace.period_s, trace.end_s),
-        truth=_metres((trace.x_mm, trace.y_mm, trace.yaw_mrad)),
-        error=_metres((estimate.ahead_mm, estimate.left_mm, estimate.turn_mrad)) if estimate else None,
-        sd=_metres(sds) if sds and None not in sds else None,
+        truth=_units((trace.x_mm, trace.y_mm, trace.yaw_mrad), MILLI),
+        error=_units((estimate.ahead_um, estimate.left_um, estimate.turn_urad), MICRO) if estimate else None,
+        sd=_units(sds, MICRO) if sds and None not in sds else None,
     )
 
 
-def _metres(columns: Sequence[Sequence[int] | None]) -> Array:
-    return np.array(columns, dtype=np.float64).T / 1000.0
+def _units(columns: Sequence[Sequence[int] | None], per_unit: float) -> Array:
+    return np.array(columns, dtype=np.float64).T / per_unit
