@@ -4,9 +4,10 @@ Usage: python benchmarks/ladder.py --out DIR [--suite d1] [--runs 4] [--first-se
        [--rungs none detections pose]
 
 The suite's trials and looks on arenas of no suite: seeds from `--first-seed` on, whose light levels take turns. A row
-is a driver with one true layer, its figures the means over the runs with their 95 % intervals; the last two columns are
-of all runs.
-Run again on DIR it goes on where it stopped. With `--rungs none --runs 20` it says how well a driver does as shipped.
+is a driver with one true layer, its figures the means over the runs with their 95 % intervals; the last three columns
+are of all runs. SUITE is a suite's name or file: `benchmarks/suites` has short ones, a lap past boxes and one through
+road-works. Run again on DIR it goes on where it stopped. With `--rungs none --runs 50` it says how well a driver does
+as shipped.
 """
 
 import argparse
@@ -93,14 +94,20 @@ def worst_position(result: Result) -> str:
     return f"{100 * max(errors):.1f}" if errors else ""
 
 
-def faults(result: Result) -> str:
+def touches(result: Result) -> str:
     """Return how many lines and things were touched in all runs."""
     return str(sum(episode.driving.line_touches + len(episode.collisions) for episode in drives(result)))
 
 
+def clean(result: Result) -> str:
+    """Return how many runs were complete and without any fault: every sign obeyed, nothing touched."""
+    return str(sum(episode.reason == "finished" and episode.driving_score == 100 for episode in drives(result)))
+
+
 ALL: tuple[tuple[str, Callable[[Result], str]], ...] = (
     ("worst position, cm", worst_position),
-    ("touches", faults),
+    ("touches", touches),
+    ("clean runs", clean),
 )
 
 

@@ -17,15 +17,15 @@ def print_result(result: "Result", out: Path, as_json: bool) -> None:
 
         typer.echo(to_json(result).decode(), nl=False)
         return
-    from adc_bench.leaderboard.records import SHOWN
+    from adc_bench.leaderboard.figures import SHOWN, interval, label, shown, unit_of
 
     typer.echo(f"{out}: {result.submission.name} on {result.suite}, {result.completed} of {result.planned} runs")
     for run in result.episodes:
         typer.echo(f"  {run.scenario}: {run.status} ({run.reason}), {_told(run)}")
     for name in SHOWN[result.submission.kind]:
         if figure := result.summary.get(name):
-            low, high = figure.ci95
-            typer.echo(f"  {name + ':':<24}{figure.mean:.3f} [{low:.3f}, {high:.3f}] {figure.unit}")
+            mean, unit = shown(name, figure, figure.mean), unit_of(name, figure)
+            typer.echo(f"  {label(name) + ':':<24}{mean} {interval(name, figure)} {unit}".rstrip())
 
 
 def _told(run: "AnyEpisode") -> str:

@@ -1,6 +1,5 @@
 """The files of a leaderboard: entries, and the ranking that is made of them."""
 
-from collections.abc import Mapping
 from typing import Literal
 
 import msgspec
@@ -12,31 +11,6 @@ from adc_bench.evaluate.statistics import Comparison, Statistic
 from adc_bench.evaluate.submission import SubmissionId
 from adc_bench.evaluate.suite import RulesId
 from adc_bench.evaluate.trajectory_error import NeesVerdict
-
-# What is shown of a kind's results; the first figure ranks.
-SHOWN: Mapping[Kind, tuple[str, ...]] = {
-    "driver": (
-        "points",
-        "driving_score",
-        "completion",
-        "lap_time_s",
-        "run_time_s",
-        "position_rmse_m",
-        "line_touches",
-        "collisions",
-        "vertical_signs_read",
-    ),
-    "localizer": (
-        "position_rmse_m",
-        "position_p95_m",
-        "heading_rmse_rad",
-        "ate_rmse_m",
-        "nees_mean",
-        "coverage",
-        "dead_reckoning_rmse_m",
-    ),
-    "detector": ("map", "map50", "precision", "recall", "corner_error_px"),
-}
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

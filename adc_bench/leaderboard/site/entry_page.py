@@ -6,13 +6,14 @@ from html import escape
 
 from adc_bench.evaluate.statistics import Statistic
 from adc_bench.evaluate.summary import METRICS
+from adc_bench.leaderboard.figures import interval, label, shown, unit_of
 from adc_bench.leaderboard.records import Entry, Standing, SuiteRanking, title
 from adc_bench.leaderboard.site.charts import SIGMAS, charts
 from adc_bench.leaderboard.site.course_map import course_symbol, run_map
 from adc_bench.leaderboard.site.ladder import ladder
 from adc_bench.leaderboard.site.run_data import RunData
 from adc_bench.leaderboard.site.runs_table import runs_table
-from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
+from adc_bench.leaderboard.site.text import DASH, page, plural
 from adc_bench.world.course import Course
 
 LEGEND = (

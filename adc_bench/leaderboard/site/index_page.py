@@ -6,8 +6,9 @@ from html import escape
 from adc_bench.evaluate.recorded_suite import LocalizationSuite
 from adc_bench.evaluate.statistics import Statistic
 from adc_bench.evaluate.suite import AnySuite, Suite, load_suite
-from adc_bench.leaderboard.records import SHOWN, Leaderboard, Pair, Standing, SuiteRanking, entry_name, title
-from adc_bench.leaderboard.site.text import DASH, interval, label, page, plural, shown, unit_of
+from adc_bench.leaderboard.figures import columns_of, interval, label, shown, unit_of
+from adc_bench.leaderboard.records import Leaderboard, Pair, Standing, SuiteRanking, entry_name, title
+from adc_bench.leaderboard.site.text import DASH, page, plural
 
 SIGNIFICANT = 0.05
 
@@ -35,10 +36,12 @@ def _filter(name: str, values: Iterable[str]) -> str:
 
 def _suite(name: str, ranking: SuiteRanking) -> str:
     suite = load_suite(name)
-    metrics = _metrics(ranking)
-    units = {metric: next(s.summary[metric] for s in ranking.standings if metric in s.summary) for metric in metrics}
+    columns = columns_of(ranking)
+    metrics = list(columns)
     head = _head("place", "ascending") + _head("submission", "ascending")
-    head += "".join(_metric_head(metric, units[metric]) for metric in metrics) + _head("failed runs", "ascending")
+    head += "".join(_metric_head(metric, figure) for metric, figure in columns.items()) + _head(
+        "failed runs", "ascending"
+    )
     most = max((s.summary[metrics[0]].ci95[1] for s in ranking.standings if metrics[0] in s.summary), default=1.0)
     rows = "".join(_row(name, standing, metrics, most) for standing in ranking.standings)
     told = f"{plural(len(suite.seeds), 'run')} {_task(suite)}. Rules {ranking.rules.id}"
@@ -59,14 +62,6 @@ def _task(suite: AnySuite) -> str:
     if isinstance(suite, LocalizationSuite):
         return f"of up to {suite.split.drives.duration_s[1]:g} s: recorded drives, to be located in"
     return f"of {suite.pictures} pictures: what is on them, and where"
-
-
-def _metrics(ranking: SuiteRanking) -> list[str]:
-    """Return the columns that a suite fills; the time of a run stands only where there are no laps."""
-    filled = [
-        metric for metric in SHOWN[ranking.kind] if any(metric in standing.summary for standing in ranking.standings)
-    ]
-    return [metric for metric in filled if metric != "run_time_s" or "lap_time_s" not in filled]
 
 
 def _head(text: str, first: str, unit: str = "") -> str:

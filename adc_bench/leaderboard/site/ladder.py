@@ -3,8 +3,9 @@
 from html import escape
 
 from adc_bench.evaluate.submission import SubmissionId
+from adc_bench.leaderboard.figures import interval, label, shown, unit_of
 from adc_bench.leaderboard.records import Standing, SuiteRanking, entry_name
-from adc_bench.leaderboard.site.text import DASH, interval, label, shown, unit_of
+from adc_bench.leaderboard.site.text import DASH
 
 METRICS = ("points", "driving_score", "completion", "position_rmse_m")
 
