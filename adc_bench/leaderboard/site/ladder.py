@@ -7,15 +7,16 @@ from adc_bench.leaderboard.figures import interval, label, shown, unit_of
 from adc_bench.leaderboard.records import Standing, SuiteRanking, entry_name
 from adc_bench.leaderboard.site.text import DASH
 
-METRICS = ("points", "driving_score", "completion", "position_rmse_m")
+RUNGS = (None, "detections", "pose")
+METRICS = ("points", "completion", "lap_time_s", "cross_track_rmse_m", "position_rmse_m")
 
 
 def ladder(submission: SubmissionId, suite: str, ranking: SuiteRanking) -> str:
-    """Return a driver's rungs, best last, as a section; nothing if it has but one."""
+    """Return a driver's rungs, from none to the pose, as a section; nothing if it has but one."""
     rungs = [standing for standing in ranking.standings if standing.submission.name == submission.name]
     if len(rungs) < 2:
         return ""
-    rungs.sort(key=lambda standing: standing.summary["points"].mean)
+    rungs.sort(key=lambda standing: RUNGS.index(standing.submission.privileged))
     head = "".join(f'<th scope="col">{label(metric)}</th>' for metric in METRICS)
     return (
         "<section><h2>Ladder</h2><p>The same driver with the truth in place of one of its layers: what that layer "
