@@ -28,10 +28,11 @@ class WorksParams:
     bend_m: float = 1.4  # over which it changes
     noise_m: float = 0.06
     here_m: float = 0.12  # how far the robot may be from the middle, one sd
-    outlier: float = 12.0  # what a cone must spoil to be left out
+    outlier: float = 8.0  # what a cone must spoil to be left out; those of drawn road-works spoil 7 at most
     mouth_m: float = 0.75  # one cone at least stands nearer to the lane's middle
     link_m: float = 2.0  # between neighbours of a row
-    back_m: float = 0.5  # along the lane: rows begin in the lane, so that what stands out there comes later
+    across_m: float = 1.3  # from a row's cone to one of the other row that comes before it ...
+    back_m: float = 0.5  # ... along the lane: rows begin in the lane, so that what stands out there comes later
     cones_max: int = 10
     slope_max: float = 1.0
     rounds: int = 3
@@ -64,7 +65,9 @@ def works_cones(s_m: Array, offset_m: Array, params: WorksParams) -> NDArray[np.
     """
     found = np.abs(offset_m) < params.mouth_m
     apart = np.hypot(s_m[:, None] - s_m[None, :], offset_m[:, None] - offset_m[None, :])
-    linked = (apart < params.link_m) & (s_m[:, None] > s_m[None, :] - params.back_m)
+    later_m = s_m[:, None] - s_m[None, :]
+    across = (apart < params.across_m) & (later_m > -params.back_m)
+    linked = across | ((apart < params.link_m) & (later_m >= 0))
     for _ in range(len(s_m)):
         found = found | linked[:, found].any(axis=1)
     order = np.argsort(s_m, kind="stable")
@@ -82,7 +85,7 @@ def corridor(
     """
     while len(s_m):
         fit = _fit(s_m, offset_m, curvature_pm, here_m, params)
-        if len(s_m) < 4:
+        if len(s_m) == 1:
             return fit
         others = [np.delete(np.arange(len(s_m)), k) for k in range(len(s_m))]
         costs = [_fit(s_m[o], offset_m[o], curvature_pm[o], here_m, params).cost for o in others]

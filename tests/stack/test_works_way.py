@@ -94,5 +94,25 @@ def test_what_stands_far_out_before_the_first_cone_in_the_lane_is_no_cone_of_the
     np.testing.assert_array_equal(works_cones(s, offset, PARAMS), [1, 2, 3])
 
 
+def test_two_things_farther_apart_than_the_rows_are_no_gate() -> None:
+    """A chair's leg beside the road, and the first cone."""
+    s, offset = np.array([29.11, 29.50]), np.array([-1.95, -0.49])
+    np.testing.assert_array_equal(works_cones(s, offset, PARAMS), [1])
+
+
+@pytest.mark.parametrize("cone", [0, 1])
+def test_what_stands_beside_the_first_cones_does_not_lead_off_the_way(cone: int) -> None:
+    for seed in range(20):
+        s, offset = (values[: cone + 1] for values in seen(drawn(seed)))
+        here = (s[0] - 1.8, 0.0)
+        alone = corridor(s, offset, COURSE.lap.curvature_pm(s), here, PARAMS)
+        side = 1.0 if offset[0] > 0 else -1.0
+        s, offset = np.append(s, s[-1] + 0.1), np.append(offset, offset[-1] + side * 1.6)
+        joined = corridor(s, offset, COURSE.lap.curvature_pm(s), here, PARAMS)
+        assert alone is not None and joined is not None
+        early = np.linspace(s[0] - 1.5, s[0], 20)
+        np.testing.assert_allclose(joined.offsets(early), alone.offsets(early), atol=0.05)
+
+
 def test_without_cones_there_is_no_corridor() -> None:
     assert corridor(np.zeros(0), np.zeros(0), np.zeros(0), BEFORE, PARAMS) is None
