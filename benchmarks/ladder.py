@@ -1,7 +1,7 @@
 """What each layer of the built-in drivers costs: whole drives from pixels, with true detections, with the true pose.
 
 Usage: python benchmarks/ladder.py --out DIR [--suite d1] [--runs 4] [--first-seed 601] [--submissions reference thesis]
-       [--rungs none detections pose]
+       [--rungs none detections pose] [--workers 1]
 
 The suite's trials and looks on arenas of no suite: seeds from `--first-seed` on, whose light levels take turns. A row
 is a driver with one true layer, its figures the means over the runs with their 95 % intervals; the last three columns
@@ -47,6 +47,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=601)
     parser.add_argument("--submissions", nargs="+", default=["reference", "thesis"])
     parser.add_argument("--rungs", nargs="+", choices=tuple(RUNGS), default=list(RUNGS))
+    parser.add_argument("--workers", type=int, default=1)
     options = parser.parse_args()
     seeds = tuple(range(options.first_seed, options.first_seed + options.runs))
     named = load_suite(options.suite)
@@ -56,16 +57,12 @@ def main() -> None:
     rows = []
     for name in options.submissions:
         for rung in options.rungs:
-            result = drive(name, RUNGS[rung], suite, options.out / f"{name}-{rung}")
+            submission, out = load_submission(name, {}, RUNGS[rung]), options.out / f"{name}-{rung}"
+            result = evaluate_submission(submission, suite, out, in_process=True, workers=options.workers)
             rows.append((name, rung, *figures(result)))
     print(
         table(("driver", "true layer", "finished", *(heading for heading, *_ in FIGURES), *(w for w, _ in ALL)), *rows)
     )
-
-
-def drive(name: str, privileged: Privilege | None, suite: Suite, out: Path) -> Result:
-    """Return the result of a driver's runs in this process, those already in `out` among them."""
-    return evaluate_submission(load_submission(name, {}, privileged), suite, out, in_process=True)
 
 
 def drives(result: Result) -> list[Episode]:
