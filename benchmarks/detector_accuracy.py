@@ -22,13 +22,13 @@ from turns import HERE, machine_line, table
 
 from adc_bench.dataset import FrameDataset
 from adc_bench.detector import Detector
-from adc_bench.detector.decode import DecodeConfig
+from adc_bench.detector.decode import TO_BE_SCORED
 from adc_bench.detector.evaluation.score import CocoScorer, DetectionScore
 from adc_bench.world.frame import Detections
 
 MODELS = ("yolo11n", "yolo26n")
 PEER_PYTHON = HERE.parent / ".peers/ultralytics/bin/python"
-SIZE_PX, SCORE_MIN = 320, 0.01
+SIZE_PX = 320
 
 
 def main() -> None:
@@ -61,7 +61,7 @@ def ours(data: Path, test: FrameDataset, run: Path, seen: int) -> Iterator[Detec
         ]
         command += ["--train", str(data / "train"), "--val", str(data / "val"), "--epochs", str(epochs)]
         subprocess.run([*command, *(["--resume"] if run.exists() else [])], check=True)
-    detector = Detector.load(weights, config=DecodeConfig(score_min=SCORE_MIN))
+    detector = Detector.load(weights, config=TO_BE_SCORED)
     return (detector(test.picture(i)) for i in range(len(test)))
 
 
@@ -70,7 +70,7 @@ def theirs(model: str, yolo: Path, run: Path, seen: int) -> Iterator[Detections]
     if not (run / "finished").exists():
         peer("yolo_train.py", model, yolo / "data.yaml", run, seen, SIZE_PX, 1)
     answers = run / "test.jsonl"
-    peer("yolo_predict.py", run / "weights/best.pt", yolo / "images/test", answers, SIZE_PX, SCORE_MIN)
+    peer("yolo_predict.py", run / "weights/best.pt", yolo / "images/test", answers, SIZE_PX, TO_BE_SCORED.score_min)
     for line in answers.read_text().splitlines():
         answer = json.loads(line)
         count = len(answer["scores"])

@@ -24,15 +24,15 @@ def detector(
     from adc_bench.dataset import FrameDataset
     from adc_bench.dataset.layout import write_file
     from adc_bench.detector import Detector
-    from adc_bench.detector.decode import DecodeConfig
-    from adc_bench.detector.evaluation import SCORE_MIN, EvaluatedWeights, Evaluation
+    from adc_bench.detector.decode import TO_BE_SCORED
+    from adc_bench.detector.evaluation import EvaluatedWeights, Evaluation
     from adc_bench.detector.evaluation.circumstances import CIRCUMSTANCES
     from adc_bench.detector.evaluation.page import page_of
     from adc_bench.detector.evaluation.table import text_lines
     from adc_bench.detector.evaluation.tables import tables
     from adc_bench.detector.predict import predict_all
 
-    chosen = Detector.load(weights, config=DecodeConfig(score_min=SCORE_MIN))
+    chosen = Detector.load(weights, config=TO_BE_SCORED)
     source = FrameDataset(data)
     with progress_bar("detecting", len(source)) as tell:
         found = predict_all(chosen, source, batch=1, told=tell)  # one at a time, as the driver does

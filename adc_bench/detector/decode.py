@@ -44,6 +44,9 @@ class DecodeConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     corner_merge_px: float = 4.0
 
 
+TO_BE_SCORED = DecodeConfig(score_min=0.01)  # average precision needs the unlikely boxes too
+
+
 def decode(config: DecodeConfig, answers: Answers, size_px: tuple[int, int]) -> Detections:
     """Return what is on a picture of `size_px` (width, height), best first; boxes are clipped to the picture."""
     points, strides = grid(*size_px)

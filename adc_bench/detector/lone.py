@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from adc_bench.api import Detection, Mission, Point
-from adc_bench.detector.decode import DecodeConfig
+from adc_bench.detector.decode import TO_BE_SCORED
 from adc_bench.detector.predict import Detector
 from adc_bench.world.categories import CATEGORIES, Category
 from adc_bench.world.frame import Detections
 
-SCORE_MIN = 0.01  # average precision needs the unlikely boxes too
 WITHOUT_CORNERS = ("box", "cone")
 
 
@@ -24,7 +23,7 @@ class LoneDetector:
     """
 
     def __init__(self, weights: Path) -> None:
-        self._detector = Detector.load(weights, config=DecodeConfig(score_min=SCORE_MIN))
+        self._detector = Detector.load(weights, config=TO_BE_SCORED)
 
     def start(self, mission: Mission) -> None:
         """Need nothing of the mission."""

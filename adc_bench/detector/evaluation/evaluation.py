@@ -17,7 +17,6 @@ from adc_bench.detector.evaluation.operating import OperatingPoint, Recall, oper
 from adc_bench.detector.evaluation.score import CocoScorer, Curve, DetectionScore
 from adc_bench.world.frame import Detections
 
-SCORE_MIN = 0.01  # average precision needs the unlikely boxes too
 THRESHOLD = DecodeConfig().score_min  # what the driver believes
 
 
@@ -58,7 +57,7 @@ class EvaluatedWeights(DetectionReport, frozen=True, kw_only=True, forbid_unknow
 
 
 class Evaluation:
-    """Truth and detections (scores from `SCORE_MIN` up) of the same pictures, and what is measured of them."""
+    """Truth and detections (decoded `TO_BE_SCORED`) of the same pictures, and what is measured of them."""
 
     def __init__(self, source: LabelledPictures, found: Sequence[Detections], threshold: float = THRESHOLD) -> None:
         assert len(source) == len(found)

@@ -8,8 +8,8 @@ import msgspec
 
 from adc_bench.dataset.layout import write_file
 from adc_bench.detector.data import LabelledPictures
-from adc_bench.detector.decode import DecodeConfig
-from adc_bench.detector.evaluation import SCORE_MIN, Evaluation
+from adc_bench.detector.decode import TO_BE_SCORED
+from adc_bench.detector.evaluation import Evaluation
 from adc_bench.detector.files import write_tensors
 from adc_bench.detector.model import Network
 from adc_bench.detector.predict import Detector, predict_all
@@ -159,5 +159,5 @@ def is_validated(config: TrainConfig, epoch: int) -> bool:
 
 def evaluate(network: Network, validation: LabelledPictures) -> Evaluation:
     """Return the evaluation of a network on labelled pictures."""
-    detector = Detector(TorchBackend(network), DecodeConfig(score_min=SCORE_MIN))
+    detector = Detector(TorchBackend(network), TO_BE_SCORED)
     return Evaluation(validation, predict_all(detector, validation))
