@@ -23,10 +23,12 @@ resume=--resume
 [ -e "$demo/detector/last.safetensors" ] || { rm -rf "$demo/detector" && resume=; }
 run adc-bench train-detector --train "$demo/train" --val "$demo/val" --out "$demo/detector" \
   --config demo $resume
-run adc-bench evaluate submission thesis --suite d1 --episodes 1 --out "$demo/drive" \
+run adc-bench evaluate submission thesis --suite d1 --workers 2 --out "$demo/drive" \
   --set "weights=$demo/detector/weights.safetensors"
-run adc-bench leaderboard export --out "$demo/leaderboard.json"
-run adc-bench leaderboard site --out "$demo/site"
+rm -rf "$demo/leaderboard"
+run adc-bench leaderboard add "$demo/drive" --leaderboard "$demo/leaderboard" --unranked
+run adc-bench leaderboard export --leaderboard "$demo/leaderboard" --out "$demo/leaderboard.json"
+run adc-bench leaderboard site --leaderboard "$demo/leaderboard" --out "$demo/site"
 
 echo
 python scripts/demo_summary.py "$demo" $(($(date +%s) - started))

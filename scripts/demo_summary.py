@@ -9,13 +9,13 @@ from typing import Any
 def main() -> None:
     demo, seconds = Path(sys.argv[1]), int(sys.argv[2])
     result = _read(demo / "drive" / "result.json")
-    episode = result["episodes"][0]
     _section("made", [*(_dataset(demo / name) for name in ("train", "val")), *_files(demo)])
     _section("trained", _detector(_read(demo / "detector" / "metrics.json")["overall"]))
-    _section("driven", [f"{key}: {text}" for key, text in _drive(result, episode).items()])
+    _section("driven", [f"{key}: {text}" for key, text in _drive(result).items()])
     _section("time", [f"{seconds // 60} min {seconds % 60} s"])
-    if episode["completion"] < 1.0:
-        sys.exit(f"error: the drive ended after {episode['completion']:.0%} of its laps: {episode['reason']}")
+    if not _finished(result):
+        reasons = ", ".join(sorted({episode["reason"] for episode in result["episodes"]}))
+        sys.exit(f"error: not one drive came to its end: {reasons}")
 
 
 def _read(path: Path) -> Any:
@@ -34,6 +34,7 @@ def _files(demo: Path) -> list[str]:
         "drive/result.json",
         "drive/paths.png",
         "leaderboard.json",
+        "site/index.html",
     )
     return [f"{demo / name}: {(demo / name).stat().st_size / 1e3:.0f} kB" for name in names]
 
@@ -43,17 +44,21 @@ def _detector(score: dict[str, Any]) -> list[str]:
     return [f"mAP50 {score['map50']:.3f} on {score['pictures']} validation pictures", *rows]
 
 
-def _drive(result: dict[str, Any], episode: dict[str, Any]) -> dict[str, str]:
-    place = episode["localization"]
+def _finished(result: dict[str, Any]) -> int:
+    return sum(episode["completion"] == 1.0 for episode in result["episodes"])
+
+
+def _drive(result: dict[str, Any]) -> dict[str, str]:
+    means = {name: figure["mean"] for name, figure in result["summary"].items()}
+    place, reckoned = means.get("position_rmse_m"), means.get("dead_reckoning_rmse_m")
     return {
-        "submission": f"{result['submission']['name']} on {result['suite']}: {episode['status']}",
-        "score": f"{episode['driving_score']:.1f} of 100",
-        "laps": ", ".join(f"{lap_s:.1f} s" for lap_s in episode["laps_s"]) or "none",
-        "position RMSE": f"{place['position_rmse_m']:.3f} m (dead reckoning: {place['dead_reckoning_rmse_m']:.3f} m)"
-        if place
-        else "no estimate",
-        "line touches": str(episode["driving"]["line_touches"]),
-        "collisions": str(len(episode["collisions"])),
+        "submission": f"{result['submission']['name']} on {result['suite']}",
+        "drives of two laps that came to their end": f"{_finished(result)} of {len(result['episodes'])}",
+        "score": f"{means['driving_score']:.1f} of 100",
+        "lap time": f"{means['lap_time_s']:.1f} s" if "lap_time_s" in means else "none",
+        "position RMSE": f"{place:.3f} m (dead reckoning: {reckoned:.3f} m)" if place and reckoned else "no estimate",
+        "line touches a drive": f"{means['line_touches']:.1f}",
+        "collisions a drive": f"{means['collisions']:.1f}",
     }
 
 

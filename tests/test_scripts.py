@@ -17,20 +17,20 @@ def test_every_script_is_plain_shell(script: Path) -> None:
     subprocess.run(["sh", "-n", str(script)], check=True)
 
 
-def demo_folder(root: Path, completion: float) -> Path:
+def demo_folder(root: Path, *completion: float) -> Path:
     coco = {"images": [{}, {}], "annotations": [{}]}
-    episode = {
-        "status": "success",
-        "reason": "finished" if completion == 1.0 else "off-road",
-        "completion": completion,
-        "laps_s": [41.25, 40.5],
+    episodes = [{"completion": share, "reason": "finished" if share == 1.0 else "off-road"} for share in completion]
+    means = {
         "driving_score": 95.0,
-        "localization": {"position_rmse_m": 0.0561, "dead_reckoning_rmse_m": 0.25},
-        "driving": {"line_touches": 1},
-        "collisions": [],
+        "lap_time_s": 41.25,
+        "position_rmse_m": 0.0561,
+        "dead_reckoning_rmse_m": 0.25,
+        "line_touches": 1.5,
+        "collisions": 0.0,
     }
+    summary = {name: {"mean": mean} for name, mean in means.items()}
     score = {"pictures": 2, "map50": 0.9, "categories": {"crosswalk": {"ap50": 0.95, "objects": 7}}}
-    result = {"suite": "d1", "submission": {"name": "thesis"}, "episodes": [episode]}
+    result = {"suite": "d1", "submission": {"name": "thesis"}, "episodes": episodes, "summary": summary}
     texts = {
         "train/annotations/instances.json": json.dumps(coco),
         "val/annotations/instances.json": json.dumps(coco),
@@ -40,6 +40,7 @@ def demo_folder(root: Path, completion: float) -> Path:
         "drive/result.json": json.dumps(result),
         "drive/paths.png": "x",
         "leaderboard.json": "{}",
+        "site/index.html": "x",
     }
     for name, text in texts.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)
@@ -53,22 +54,22 @@ def summarise(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_summary_names_files_score_and_time(tmp_path: Path) -> None:
-    done = summarise(demo_folder(tmp_path / "demo", 1.0))
+    done = summarise(demo_folder(tmp_path / "demo", 1.0, 0.4))
     assert done.returncode == 0, done.stderr
     assert "  demo/train/: 2 pictures, 1 boxes\n" in done.stdout
     assert "  demo/detector/weights.safetensors: 2 kB\n" in done.stdout
     assert (
-        "  score: 95.0 of 100\n  laps: 41.2 s, 40.5 s\n  position RMSE: 0.056 m (dead reckoning: 0.250 m)\n"
-        in done.stdout
+        "  drives of two laps that came to their end: 1 of 2\n  score: 95.0 of 100\n  lap time: 41.2 s\n" in done.stdout
     )
+    assert "  position RMSE: 0.056 m (dead reckoning: 0.250 m)\n  line touches a drive: 1.5\n" in done.stdout
     assert "  mAP50 0.900 on 2 validation pictures\n  crosswalk: AP50 0.950 of 7\n" in done.stdout
     assert "  7 min 12 s\n" in done.stdout
 
 
-def test_a_drive_that_fails_fails_the_demo(tmp_path: Path) -> None:
-    done = summarise(demo_folder(tmp_path / "demo", 0.4))
+def test_a_demo_without_a_whole_drive_fails(tmp_path: Path) -> None:
+    done = summarise(demo_folder(tmp_path / "demo", 0.4, 0.0))
     assert done.returncode == 1
-    assert done.stderr == "error: the drive ended after 40% of its laps: off-road\n"
+    assert done.stderr == "error: not one drive came to its end: off-road\n"
 
 
 @pytest.mark.parametrize(
