@@ -192,7 +192,9 @@ def test_each_kind_is_ranked_by_its_own_figure(board: Path) -> None:
     data = json.loads((board / "leaderboard.json").read_text())
     jsonschema.validate(data, json.loads((board / "schema.json").read_text()))
     table = (board / "README.md").read_text()
-    assert "| rank | submission | mAP [%] | AP50 [%] |" in table and "| rank | submission | position RMSE [m] |" in table
+    assert (
+        "| rank | submission | mAP [%] | AP50 [%] |" in table and "| rank | submission | position RMSE [m] |" in table
+    )
 
 
 def test_the_site_has_a_page_for_each_kind(board: Path, tmp_path: Path) -> None:
